@@ -16,15 +16,15 @@ void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t 
 void checkSize(uint32_t width, uint32_t height);                 // pixels
 void checkColumns(const ColumnRange& columns, uint32_t width);   // of an image
 void checkReuse(const std::string& backend, ReusePolicy policy); // Unsupported: a renderer of the backend has no such
-// Of the program that calls: may another frame be submitted, and is this ticket's in flight?
+// Throw Error(Internal) for a fault of the calling program: too many frames in flight, a ticket that is not in flight.
 void checkInFlight(size_t frames, uint32_t most = kFramesInFlight);
 [[noreturn]] void throwNotInFlight(uint64_t ticket);
 
 // Bytes of a model's arrays as the stages read them.
 uint64_t modelBytes(const ModelView& model);
 
-// What an image of no Gaussian is: upstream's quirk (trap 25), or the background, as a band of columns always has it.
-// FrameView::Cost shows no background.
+// Colour of an image without Gaussians: black with upstream's quirk (trap 25), else the background, which a band of
+// columns always has. FrameView::Cost shows no background.
 inline const float* emptyColor(const FrameOptions& options)
 {
     static constexpr float kBlack[3] = {0, 0, 0};

@@ -9,7 +9,7 @@ namespace gsc {
 
 namespace {
 
-// What a pool keeps for later: blocks, and bytes beyond the first few.
+// Limits of the spare blocks that a pool keeps: most blocks; bytes of all, where there are more than the first few.
 constexpr size_t kMostSpare = 32, kFewSpare = 4, kSpareBytes = size_t(512) << 20;
 constexpr std::align_val_t kPage{4096};
 

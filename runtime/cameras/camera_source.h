@@ -19,11 +19,11 @@ struct CameraFiles {
     std::filesystem::path folder; // that it or a COLMAP model's files lie in
 };
 
-// The file itself, whether it is there or not; one of a COLMAP model's four files stands for the model in that form. Of a
-// folder the model in it; else the first of: sparse/0 or another COLMAP model below it, transforms_test.json with
-// transforms_train.json, transforms.json, transforms_val.json, cameras.json of a trained model. `how` is told which one is
-// taken where there are several. Several files are read one after the other as one list. Throws Error(Io) that says what is
-// missing where `path` is a folder that holds no cameras.
+// Camera files at `path`. A file is taken itself, whether it is there or not; one of a COLMAP model's four files stands
+// for the model in that form. A folder gives the model in it; else the first of: sparse/0 or another COLMAP model below
+// it, transforms_test.json with transforms_train.json, transforms.json, transforms_val.json, cameras.json of a trained
+// model. `how` is told which one is taken where there are several. Several files are read one after the other as one
+// list. Throws Error(Io) that says what is missing where `path` is a folder that holds no cameras.
 std::vector<CameraFiles> findCameras(const std::string& path, const CameraReading& how);
 
 } // namespace gsc

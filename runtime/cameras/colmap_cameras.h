@@ -10,8 +10,9 @@
 
 namespace gsc {
 
-// By name, at the size of their photographs. Of a model in both forms the binary one is taken, as COLMAP and the trainers
-// do, and `how` is told where the other one differs. Precondition: `files` are a model's. Throws Error (Io, InvalidFile, Unsupported).
+// Cameras by name, at the size of their photographs. A model in both forms is read from the binary one, as COLMAP and
+// the trainers do, and `how` is told where the text differs. Precondition: `files` are a model's. Throws Error (Io,
+// InvalidFile, Unsupported).
 std::vector<Camera> readColmapCameras(const CameraFiles& files, const CameraReading& how);
 
 // Reads the same from the contents of both files; `name` is used in messages. In images.txt the line of points behind each image

@@ -38,7 +38,7 @@ public:
     // Null if the key is missing.
     [[nodiscard]] const ParsedJson* find(const char* key) const;
     [[nodiscard]] bool has(const char* key) const { return find(key) != nullptr; }
-    // The same where the value is null, as Python writes None: of keys that may be left out.
+    // As find(), for keys that may be left out: null too if the value is null, as Python writes None.
     [[nodiscard]] const ParsedJson* stated(const char* key) const;
 
     // All throw Error(InvalidFile) if the key is missing or its value is not what the name says.

@@ -26,7 +26,7 @@ bool isPlaceholder(const std::string& part)
     return std::isupper(static_cast<unsigned char>(part[0])) != 0;
 }
 
-// What `option` takes. `before` is put before each word: "--format=".
+// Adds the words that `option` takes and that start with `begun`, each behind `before`, such as "--format=".
 void addValues(std::string& lines, const CLI::Option& option, const std::string& begun, const std::string& before)
 {
     const std::string text = placeholderOf(option);

@@ -30,7 +30,7 @@ std::string formatCount(uint64_t count);
 // Largest resident set of this process so far, bytes.
 uint64_t peakMemoryBytes();
 
-// What goes to stderr may be said from several threads.
+// Output of a command. Functions that write to stderr may be called from several threads.
 class Reporter {
 public:
     explicit Reporter(const ReporterOptions& options);
@@ -52,7 +52,7 @@ public:
     void done(const std::string& what);
 
     void progress(const char* stage, uint64_t finished, uint64_t total);
-    // What a person reads beside the stage, such as "run 3/12"; empty = nothing.
+    // Text beside the stage for a person, such as "run 3/12"; empty = nothing.
     void progressPart(const std::string& part) { m_progress.setPart(part); }
     void endProgress(bool failed);
 

@@ -13,7 +13,7 @@ class App;
 
 namespace gsc {
 
-// What the command line asked for. Parsing only fills options; the command runs afterwards, from a plain struct.
+// Command that was asked for. Parsing only fills options; the command runs afterwards, from a plain struct.
 struct Invocation {
     ReporterOptions reporter;
     std::function<ErrorCode(Reporter&)> run;
@@ -36,7 +36,7 @@ struct Program {
 
 // Everything main() does. Returns the exit code; never throws.
 int runProgram(const Program& program, int argc, const char* const* argv);
-// The same with a tree of commands of one's own.
+// As runProgram(), with the caller's own tree of commands.
 int runTool(CLI::App& root, Invocation& invocation, int argc, const char* const* argv);
 
 // gsc.error/1 (schemas/error.schema.json): the message, and its parts where it has the form

@@ -18,7 +18,8 @@ struct CpuFrame {
 
     // Finds the anchors that `eye_count` eyes see; levels are chosen from the centres of `eyes`.
     void select(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, FrameResult& result);
-    // The same in two steps: the groups that they may see, in selected.seen, returns how many; the anchors of some.
+    // Do select() in two steps. The first lists in selected.seen the groups that the eyes may see and returns how many;
+    // the second finds the anchors that they see of `groups`.
     size_t selectGroups(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, FrameResult& result);
     void selectAnchors(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
                        const std::vector<SeenGroup>& groups, FrameResult& result);
@@ -31,7 +32,7 @@ struct CpuFrame {
     // ordered_blocks on. Returns how many splats.
     size_t list(uint32_t e, const EyeParams& eye, size_t blocks, const uint32_t* groups, FrameResult& result,
                 size_t ordered_blocks = UINT32_MAX);
-    // What blending reads of them. The caller says what it is for.
+    // Arguments to blend the listed splats of `eye` with. The caller adds what its blending needs beside them.
     [[nodiscard]] BlendArgs listed(const EyeParams& eye, const RasterConstants& rules) const;
 
     [[nodiscard]] size_t blocks() const { return (visible_count + kDecodeBlock - 1) / kDecodeBlock; } // of decode()

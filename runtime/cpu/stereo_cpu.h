@@ -10,8 +10,8 @@ namespace gsc {
 // scratch.blocks[0] takes all their Gaussians, before any fading between levels.
 void decodeForBothEyes(const DecodeArgs& args, size_t first, uint32_t count, DecodeScratch& scratch);
 
-// What one eye draws of `all`, the Gaussians of the `count` anchors at `visible`: those of the anchors it sees, faded as
-// it sees them. Returns `all` itself where that is everything, otherwise `part`, whose arrays hold a block.
+// Gaussians that one eye draws of `all`, those of the `count` anchors at `visible`: of the anchors it sees, faded as it
+// sees them. Returns `all` itself where that is everything, otherwise `part`, whose arrays hold a block.
 const GaussianBlock& gaussiansOfEye(const GaussianBlock& all, const VisibleAnchor* visible, uint32_t count,
                                     uint32_t eye, uint32_t n_offsets, GaussianBlock& part);
 

@@ -14,7 +14,7 @@ namespace gsc {
 struct Flight {
     explicit Flight(MemoryBudget& budget) : m_pictures(budget) {}
 
-    // What the next frame writes to. Returns the bytes of its pictures for the host.
+    // Sets the targets of the next frame. Returns the bytes of its pictures for the host.
     uint64_t setTargets(const FrameRequest& request);
     [[nodiscard]] uint64_t pictureBytes() const { return m_pictures.bytes(); } // that are reserved
     void placePictures()                                                       // Throws Error (OutOfMemory, Device)
@@ -26,7 +26,7 @@ struct Flight {
 
     // Has the frame been drawn? Waits at most `most` for it.
     [[nodiscard]] bool passed(std::chrono::nanoseconds most) const;
-    // Of a frame that is drawn: fills the targets on the host.
+    // Fills the targets on the host. Precondition: the frame is drawn.
     [[nodiscard]] std::exception_ptr copyToHost(const CudaStream& stream) const; // what went wrong, or null
     void fillResult();                                                           // times and counts alone
 

@@ -13,7 +13,7 @@
 
 namespace gsc {
 
-// What both interfaces know a GPU by; none of a host.
+// UUID by which CUDA and Vulkan know a GPU; none of another device, or without CUDA.
 std::optional<std::array<unsigned char, 16>> deviceUuid(const DeviceId& device);
 
 // From one thread at a time. All throw Error(Device).

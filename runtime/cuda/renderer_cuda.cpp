@@ -91,7 +91,7 @@ public:
     }
 
 private:
-    // What only a broken context makes fail is noted of the device.
+    // Errors that only a broken context causes mark the device as lost.
     template <typename Body>
     auto guarded(const Body& body) -> decltype(body())
     {
@@ -149,7 +149,7 @@ private:
         m_arena.release();
     }
     void bringAnchors(const EyeParams& eye, bool all);
-    // What the frame's graph is launched with.
+    // Arguments that the frame's graph is launched with.
     const FrameNow& beginNow(const FrameShape& shape, const FrameNow& plain, const FrameRequest& request,
                              uint32_t flight);
     const FrameNow& beginCoarse(const FrameShape& shape, const FrameRequest& request);
@@ -201,7 +201,7 @@ uint64_t CudaRenderer::frameBytes(FrameShape shape, const FrameCapacity& capacit
     return counted.bytes();
 }
 
-// What the model and what is kept left of the device's memory, but for some that others may want.
+// Bytes that the model and what is kept left of the device's memory, but for some that others may want.
 uint64_t CudaRenderer::freeForFrames() const
 {
     size_t left = 0, total = 0;
@@ -414,7 +414,7 @@ FrameState CudaRenderer::wait(uint64_t ticket, FrameResult& result, std::chrono:
     return flight.overflowed ? FrameState::Overflowed : FrameState::Done;
 }
 
-// Of a frame that is drawn, after those before it. What fails is for its own wait() to throw.
+// Ends a frame that is drawn, after those before it. Errors are stored for its own wait() to throw.
 void CudaRenderer::end(Flight& flight)
 {
     const FrameCounters& c = *flight.counters.data;

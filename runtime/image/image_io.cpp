@@ -27,7 +27,7 @@ namespace {
 
 constexpr uint32_t kMaxSide = 32768; // pixels
 
-// What may be written; lower-case.
+// Extensions of images that may be written; lower-case.
 #ifdef GSC_WITH_OIIO
 constexpr std::string_view kExtensions[] = {".pfm", ".png", ".exr"};
 #else
@@ -49,7 +49,7 @@ const OiioImageFunctions& loadOiio()
 }
 #endif
 
-// Of everything but PFM.
+// Functions that read and write every kind of image but PFM. Throws Error(Unsupported) where the build has none.
 const OiioImageFunctions& oiio([[maybe_unused]] const std::string& path)
 {
 #ifdef GSC_WITH_OIIO

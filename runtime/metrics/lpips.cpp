@@ -15,7 +15,7 @@ namespace gsc {
 
 namespace {
 
-// What LPIPS does with a picture before VGG16 sees it.
+// Shift and scale of a picture's channels, which LPIPS applies before VGG16 sees it.
 constexpr float kLpipsShift[3] = {-0.030f, -0.088f, -0.188f};
 constexpr float kLpipsScale[3] = {0.458f, 0.448f, 0.450f};
 

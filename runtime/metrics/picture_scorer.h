@@ -19,7 +19,7 @@ struct PictureRef {
     bool on_device = false; // memory of the scorer's device; else of this process
 };
 
-// Of the pixels on one side of a fovea's edge.
+// Sums over the pixels on one side of a fovea's edge.
 struct FoveaSums {
     uint64_t pixels = 0;
     double squares = 0;         // of the errors of all channels; infinite where one is no number
@@ -61,7 +61,7 @@ public:
 // Takes pictures in memory of this process.
 std::unique_ptr<PictureScorer> makeHostScorer();
 
-// What an eye's last pictures were like, square by square.
+// Changes of an eye's last pictures, square by square.
 class SquareHistory {
 public:
     void forget() { m_known = 0; }

@@ -30,7 +30,7 @@ double median(std::vector<Sample> samples)
     return samples[i].value;
 }
 
-// What value(group) gives, of every group or of every n-th.
+// Median of value(group) over every group or every n-th, each weighing its number of anchors.
 template <typename Value>
 double medianOfGroups(const ModelView& model, Value value)
 {

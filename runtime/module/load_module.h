@@ -8,7 +8,7 @@
 
 namespace gsc {
 
-// What a module exports, as gsc_module.
+// Symbol `gsc_module` that a module exports.
 struct ModuleEntry {
     const char* version; // of the program it belongs to
     const void* functions;

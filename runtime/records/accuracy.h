@@ -9,7 +9,7 @@
 
 namespace gsc {
 
-// Of an image with a pixel that is not finite, for which JSON has no word.
+// Values that stand for an image with a pixel that is not finite, for which JSON has no word.
 constexpr double kBrokenPsnr = -999, kWorstError = 1e30;
 
 inline double boundedPsnr(double psnr)
@@ -52,14 +52,14 @@ struct Accuracy {
     // rms over pixels and channels of the change of the error image since the frame before: what flickers or pops in
     // the run and does not in the exact path.
     Changes temporal;
-    // The same measure of the run alone, without a reference: rms of the change of the picture, and by how much the one
-    // of a square of 16 x 16 pixels is above those of the frame before and after, the largest of the image. A square
-    // that moves evenly has none of the latter; one in which something appears at once has.
+    // Changes of the run's own pictures, without a reference. motion: rms of the change of the picture. pop: by how
+    // much the change of a square of 16 x 16 pixels is above its changes in the frame before and after, the largest of
+    // the image. A square that moves evenly has no pop; one in which something appears at once has.
     Changes motion, pop;
 
     std::optional<FoveaAccuracy> fovea; // none without foveation
 
-    // Of the worse eye, per scored frame; temporal is NaN where there is none.
+    // Values of the worse eye, per scored frame; temporal is NaN where there is none.
     std::vector<double> frame_psnr, frame_temporal;
 
     // The number of the i-th scored frame.

@@ -35,7 +35,7 @@ inline constexpr EyeCount kEyeCounts[] = {
     {"blend_evaluations", &EyeCounts::blend_evaluations},
 };
 
-// What detail did with groups of anchors.
+// Counts of groups of anchors, by how a frame with detail drew them.
 inline constexpr struct {
     const char* name;
     uint64_t CoarseCounts::*field;
@@ -73,7 +73,7 @@ FrameTimes timesOf(TimedFrames frames);
 // Those after the first `warmup`, or the last one where there are no more.
 TimedFrames timedFrames(TimedFrames frames, uint32_t warmup);
 
-// What reuse did in a run, over all frames: a cold start is part of what it costs.
+// Counts of reuse in a run, over all frames: a cold start is part of its cost.
 struct ReuseCounts {
     Spread decoded, reused; // anchors per frame, all eyes
     double hit_rate = 0;    // of the visible anchors

@@ -12,8 +12,8 @@
 
 namespace gsc {
 
-// The JSON of a row or a report that anyone may have written. What nests too deep or has an object of too many keys is
-// refused before it is taken: to walk it could overflow the stack, and objects look through all their keys for each.
+// The JSON of a row or a report that anyone may have written. A text that nests too deep or has an object of too many
+// keys is refused before it is taken: to walk it could overflow the stack, and objects look through all keys for each.
 struct ParsedRow {
     enum class State { Whole, NoJson, BeyondLimits };
     State state = State::Whole;
@@ -22,7 +22,7 @@ struct ParsedRow {
 };
 ParsedRow parseRow(std::string_view text);
 
-// What a value may be, and how a message says so.
+// Condition that a value must meet, and how a message says so.
 struct FieldKind {
     bool (*fits)(const OrderedJson& value);
     const char* expected;
@@ -90,7 +90,7 @@ public:
 
     // Throws where it reads and the field is not `good`.
     void check(const char* key, bool good, const std::string& expected) const;
-    // The same where there is a switch that is not off.
+    // As check(): throws where the switch is there and not off.
     void checkOff(const char* key, const std::string& expected) const;
 
 private:

@@ -16,7 +16,7 @@ constexpr double kMaxLodBias = 16;           // levels, either way
 constexpr double kMaxLodWidth = 1;           // levels, of a transition or a hysteresis
 constexpr double kTurboDetail = 2;           // pixels: FrameOptions::detail of the tier turbo
 
-// What --tier says: the tier, and the detail that goes with it unless --detail says otherwise.
+// Choice of --tier: the tier, and the detail that goes with it unless --detail says otherwise.
 struct TierChoice {
     Tier tier = Tier::Fast;
     double detail = 0; // pixels, FrameOptions::detail

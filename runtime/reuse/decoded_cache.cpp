@@ -14,8 +14,8 @@ namespace gsc {
 
 namespace {
 
-// What is drawn lies all over the cache, so that with pages of 4 KiB a strip costs two or three walks through the page
-// tables, as long as reading it does.
+// Strips that are drawn lie all over the cache, so that with pages of 4 KiB each costs two or three walks through the
+// page tables, as long as reading it does.
 constexpr size_t kHugePage = size_t(2) << 20;
 
 } // namespace

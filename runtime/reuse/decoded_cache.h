@@ -31,12 +31,12 @@ public:
     // a slab of fewer slots. Before any entry is looked up.
     void shrink(uint64_t limit);
 
-    // Of strip `strip` decoded for `eye`, or kNoSlot.
+    // Slot of strip `strip` decoded for `eye`, or kNoSlot.
     [[nodiscard]] uint32_t find(uint32_t strip, uint32_t eye) const { return m_slot_of[eye][strip]; }
     [[nodiscard]] CacheEntry& entry(uint32_t slot) { return m_entries[slot]; }
     [[nodiscard]] const CacheEntry& entry(uint32_t slot) const { return m_entries[slot]; }
 
-    // What is drawn of a slot (packed_strip.h), and its last key whole (strip.h), which a refresh starts from.
+    // Packed strip of a slot, which is drawn (packed_strip.h); its last key, whole (strip.h), where a refresh starts.
     [[nodiscard]] std::byte* packed(uint32_t slot) const;
     [[nodiscard]] uint16_t* lastKey(uint32_t slot) const;
 

@@ -234,8 +234,8 @@ void CpuReuse::drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, co
     mixStripCpu(mix, out);
 }
 
-// What drawing or decoding strip `at` of the frame reads, and what it replaces: entries lie in no order that hardware
-// could guess.
+// Adds the memory that drawing or decoding strip `at` of the frame reads or replaces: entries lie in no order that
+// hardware could guess.
 void CpuReuse::lookAhead(size_t at, ReadAhead& ahead) const
 {
     const StripWork& work = m_work[at];
@@ -327,7 +327,7 @@ void CpuReuse::paintBlock(const ReuseFrame& frame, size_t block, uint32_t e, Spl
                 [&](uint32_t anchor) { return colours[anchor / kStripAnchors]; });
 }
 
-// Which strips of a block hold Gaussians that take much of eye `e`'s picture, for the next frame.
+// Notes for the next frame which strips of a block hold Gaussians that take much of eye `e`'s picture.
 void CpuReuse::noteCover(const ReuseFrame& frame, size_t block, uint32_t e, const Splat* splats,
                          const uint16_t* origins, uint32_t count)
 {

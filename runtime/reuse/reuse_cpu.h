@@ -45,7 +45,7 @@ public:
 
 private:
     struct LazyStrip;
-    // What one eye does about one strip.
+    // Plan of one eye for one strip.
     struct EyeWork {
         uint32_t slot = kNoSlot;          // the best entry there is; of what is decoded, that which takes it
         KeptChange drawn = {0, INFINITY}; // of drawing it, or a bound of it
@@ -60,7 +60,7 @@ private:
     struct StripWork {
         EyeWork eye[kMaxEyes];
     };
-    // What the left eye has decoded in this frame.
+    // Does eye `e` draw the strip as the left eye has decoded it in this frame?
     [[nodiscard]] static bool drawsShared(const StripWork& work, uint32_t e)
     {
         return work.eye[e].shares && work.eye[0].decode;

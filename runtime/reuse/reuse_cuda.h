@@ -35,7 +35,7 @@ public:
     void decode(FrameCapture& capture, const FrameJob& job, uint32_t pass) const override;
     void report(FrameCapture& capture, const FrameJob& job) const override;
 
-    // Of a frame drawn with it and ended, in the order in which they began.
+    // Adds the counts of a frame that was drawn with reuse and has ended. Call it in the order in which frames began.
     void addCounts(uint32_t flight, uint32_t eye_count, FrameResult& result);
     [[nodiscard]] uint64_t bytes() const { return m_cache.bytes(); }
 

@@ -165,8 +165,8 @@ bool CpuReuse::chooseOther(LazyStrip& strip, uint32_t e, uint32_t seen, float co
     return there.error <= allowedChange(m_rule, e, strip.id, keys, cover);
 }
 
-// What the eyes draw of a strip, what is due, and where from. An eye draws the other's entry unless that is due itself,
-// and the right eye what the left one has decoded.
+// Decides which entry each eye draws of a strip, and which is due. An eye may draw the other's entry unless that is due
+// itself; the right eye may draw what the left one decodes.
 void CpuReuse::scheduleByError(uint32_t eye_count, LazyStrip& strip, StripWork& work)
 {
     const uint32_t seen = work.eye[0].lanes | work.eye[1].lanes;
@@ -200,7 +200,8 @@ void CpuReuse::scheduleByError(uint32_t eye_count, LazyStrip& strip, StripWork& 
         right.plan = planFor(strip, 1, right, seen, cover);
 }
 
-// Of both eyes' entries, the GS-Cache paper's one decode, the first is the owner, whether or not it sees the strip.
+// Decides what is due by age. In merged stereo, the GS-Cache paper's one decode for both eyes, eye 0 owns the entry,
+// whether or not it sees the strip.
 void CpuReuse::scheduleByDepth(const ReuseFrame& frame, uint32_t id, StripWork& work)
 {
     float middle[3];
@@ -246,7 +247,7 @@ void CpuReuse::scheduleBlock(const ReuseFrame& frame, size_t block)
     }
 }
 
-// Of what is due, what the budget lets be decoded: what must be, then the largest changes.
+// Grants decodes of what is due: all that must be, then the largest changes as far as the budget goes.
 void CpuReuse::grant(const ReuseFrame& frame)
 {
     for (uint32_t e = 0; e < frame.eye_count; ++e) {

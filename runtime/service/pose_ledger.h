@@ -25,7 +25,7 @@ enum class PoseEnd : uint32_t {
 
 constexpr int kAnyWorker = -1;
 
-// What one worker draws of a pose.
+// Part of a pose that one worker draws: eyes and columns.
 struct PosePart {
     uint32_t eyes = 1; // bit e: eye e
     ColumnRange columns;

@@ -18,7 +18,7 @@ public:
 
     // Takes a pose; its number, or that of the last one if it shows the same (ServiceOptions::still_distance).
     uint64_t add(const std::shared_ptr<PoseWork>& work);
-    // What is due, as PoseLedger::deliver(), which ends it.
+    // Delivers the pose that is due, as PoseLedger::deliver(), which ends it.
     std::optional<Delivery> deliver();
     [[nodiscard]] bool canDeliver() const { return m_ledger.canDeliver(); }
     [[nodiscard]] bool empty() const { return m_poses.empty(); }
@@ -38,7 +38,8 @@ public:
     [[nodiscard]] bool isDrawing(const Job& job) const { return m_ledger.isDrawing(job); }
     bool drawn(const Job& job); // true: all parts of its pose are, or it has ended
     void fail(const Job& job, const std::exception_ptr& error);
-    // Of a worker that has a fault. Drawn anew by others, into other memory: nobody knows what this one still writes.
+    // Gives back the parts of a worker that has a fault. Others draw them anew, into other memory: nobody knows what
+    // this worker still writes.
     void giveBack(const std::vector<Job>& jobs, const std::exception_ptr& error);
     void freeParts(int worker) { m_ledger.freeParts(worker); }
     void failWaiting(const std::exception_ptr& error); // no worker is left

@@ -12,7 +12,7 @@ namespace gsc {
 
 struct PoseWork {
     explicit PoseWork(const PoseRequest& request);
-    // The same pose, to be drawn anew into other memory after a fault.
+    // Copy of the pose, to be drawn anew into other memory after a fault.
     [[nodiscard]] std::shared_ptr<PoseWork> again() const;
 
     const PoseRequest asked;
@@ -50,7 +50,7 @@ struct PoseWork {
     [[nodiscard]] bool isCut() const; // into bands
 
     void setParts(const std::vector<PosePart>& cut);
-    // Of parts that were drawn side by side: one result of all, and what they cost together.
+    // Result and load of all parts together, which were drawn side by side.
     [[nodiscard]] FrameResult result() const;
     [[nodiscard]] FrameLoad load() const;
 
@@ -58,7 +58,7 @@ struct PoseWork {
     [[nodiscard]] std::span<const EyeParams> latestEyes() const;
     // Are its eyes all so near to those of `other` (world units, degrees) that they show the same, of the same options?
     [[nodiscard]] bool showsSameAs(const PoseWork& other, double distance, double degrees) const;
-    // What an eye's picture is drawn into, in a block of memory such as `memory`.
+    // Target that an eye's picture is drawn into, in a block of memory such as `memory`.
     [[nodiscard]] FrameTarget target(uint32_t eye, FrameTarget::Kind kind, std::byte* block) const;
 };
 

@@ -27,14 +27,14 @@ public:
         m_busy_ms = m_busy_ms == 0 ? busy : m_busy_ms + (busy - m_busy_ms) / kMeanOf;
     }
 
-    // Of so many workers that draw.
+    // Rate measured, for so many workers that draw.
     [[nodiscard]] double measured(size_t workers) const
     {
         const size_t turns = m_plan.mode == ServiceMode::Frame ? std::max<size_t>(workers, 1) : 1;
         return m_busy_ms > 0 ? double(turns) * 1000 / m_busy_ms : 0;
     }
 
-    // What `rate` becomes with the frames to come.
+    // Rate that `rate` becomes with the frames to come.
     [[nodiscard]] double foreseen(double rate, ServiceTime now) const
     {
         constexpr ServiceTime kAhead = std::chrono::milliseconds(100); // what a started worker is good for

@@ -44,7 +44,7 @@ struct ServiceOptions {
     MakeRenderer make;      // empty = makeRenderer()
 };
 
-// What a pose is drawn from; copied by submit().
+// Eyes and options that a pose is drawn from; copied by submit().
 struct PoseRequest {
     std::vector<EyeParams> eyes; // 1 or 2; not shared by bands where they differ in width
     FrameOptions options{};      // without columns; lod_hysteresis with one worker only, whose frames it follows
@@ -90,7 +90,7 @@ public:
     [[nodiscard]] ServiceStats stats() const;
     [[nodiscard]] ServiceTrace trace() const; // so far
     [[nodiscard]] ServiceTime now() const;    // of the service's clock
-    // Of the first worker that is ready: what Renderer says.
+    // Answers of the first worker that was ready, as its Renderer gives them.
     [[nodiscard]] DeviceFacts device() const;
     [[nodiscard]] Tier tierOf(Tier asked) const;
 

@@ -187,7 +187,7 @@ private:
         }
     }
 
-    // What the renderer is asked for.
+    // Fills in the part's options, eyes and targets, which the renderer is asked with.
     void prepare(PartInFlight& part, bool old_bridge)
     {
         const PoseWork& work = *part.work;

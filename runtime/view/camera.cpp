@@ -115,7 +115,7 @@ void fullProjection(const double projection[6], const T world_to_view[12], T out
     out[11] += T(projection[3]);
 }
 
-// What follows from the lens and from eye.world_to_view. T: of the eye's numbers.
+// Sets the fields of `eye` that follow from the lens and from eye.world_to_view. T: type of its numbers.
 template <typename T, typename Eye>
 void setLens(const Camera& camera, Eye& eye)
 {

@@ -52,7 +52,7 @@ public:
     // Precondition: target_ms > 0, coarsest_bias <= finest_bias, detail <= most_detail.
     explicit FrameGuard(const FrameGuardOptions& options);
 
-    // The time of a frame, in order. What is not a positive number is passed over.
+    // Takes the times of frames, in order. A time that is not a positive number is passed over.
     void add(double frame_ms);
 
     // For the next frame.

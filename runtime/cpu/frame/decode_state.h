@@ -31,7 +31,7 @@ struct SplatStore {
     }
 };
 
-// What one worker adds up while decoding and projecting.
+// Scratch memory and counters of one worker while it decodes and projects.
 struct DecodeState {
     DecodeScratch scratch;
     // of reuse: what a block draws, and a strip that no entry holds

@@ -7,7 +7,7 @@
 
 namespace gsc {
 
-// Of a piece of `bytes` at `at`; null while pieces are only counted. Aligned for any load.
+// Bytes reserved for a piece of `bytes`, so that the next is aligned for any load. `at`: null while pieces are counted.
 inline size_t arenaRoom(void* /*at*/, size_t bytes)
 {
     constexpr size_t kAlign = 256;

@@ -15,7 +15,7 @@ constexpr size_t kPieceBytes = 2 << 20; // copied in 40 us: launches between cop
 constexpr int kMostThreads = 8;         // 41 GB/s from the page cache of an H200's host; more threads are no faster
 constexpr size_t kSlotsPerThread = 2;
 
-// Of the arrays that a frame reads; those behind Rotation only say what the checkpoint held.
+// Layout of the arrays that a frame reads; those behind Rotation only say what the checkpoint held.
 ChunkArrayLayout layoutOf(ModelParams params, uint32_t anchors)
 {
     params.flags &= ~uint32_t(kModelHasOpacity | kModelHasNormal);

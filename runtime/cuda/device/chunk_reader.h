@@ -51,7 +51,7 @@ public:
         return true;
     }
 
-    // The same for all of them.
+    // As some(), for all pieces: waits as long as it takes.
     template <typename Take>
     void all(const Take& take)
     {

@@ -14,7 +14,7 @@ namespace gsc {
 
 namespace {
 
-// What the process knows of a device.
+// Facts that the process knows of a device.
 struct Known {
     std::optional<uint64_t> used_before;   // bytes in use before this process had a context
     std::optional<uint64_t> context_bytes; // CudaDevice::contextBytes()
@@ -38,7 +38,7 @@ uint64_t usedBytes(int ordinal)
     return cudaDeviceGetPCIBusId(bus, sizeof(bus), ordinal) == cudaSuccess ? nvmlFacts(bus).used_bytes : 0;
 }
 
-// What the context that the process has just made took of the device.
+// Notes the memory that the context which the process has just made took of the device.
 void noteContext(int ordinal)
 {
     constexpr uint64_t kMost = 2ull << 30;  // more is another process's

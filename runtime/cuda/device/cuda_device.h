@@ -41,7 +41,7 @@ struct CudaEvent {
     }
 };
 
-// What a frame reports, in page-locked host memory, so that its copy is asynchronous.
+// Object in page-locked host memory, so that copying a frame's report to it is asynchronous.
 template <typename T>
 struct Pinned {
     T* data = nullptr;
@@ -52,7 +52,7 @@ struct Pinned {
     Pinned& operator=(const Pinned&) = delete;
 };
 
-// What the launches are sized by.
+// Limits of a device that launches are sized by.
 struct CudaLimits {
     uint32_t processors = 0;
     size_t shared_bytes = 0; // that a block may have
@@ -78,8 +78,8 @@ public:
     [[nodiscard]] DeviceFacts facts() const;
 
     // Device memory that the driver took for this process before it asked for any: the context and the kernels' code. 0
-    // where the driver's management library does not tell. What the first context added to the memory in use, measured
-    // once, so it is right if no other process takes or gives back memory at that moment, and 32 MiB for code that is
+    // where the driver's management library does not tell. It is the memory in use that the first context added,
+    // measured once, so right if no other process takes or gives back memory at that moment, and 32 MiB for code that is
     // loaded later.
     [[nodiscard]] uint64_t contextBytes() const;
 

@@ -12,7 +12,7 @@
 
 namespace gsc {
 
-// What a backend may hold of its device. 0 = all there is.
+// Bytes that a backend may hold of its device (`limit`, 0 = all there is) and holds (`used`).
 struct MemoryBudget {
     uint64_t limit = 0, used = 0;
 };
@@ -63,7 +63,7 @@ public:
         m_bytes = 0;
     }
 
-    // Of `left` bytes of the device, how many may be reserved.
+    // Bytes that may be reserved of `left`, those that the device has left.
     [[nodiscard]] uint64_t free(uint64_t left) const
     {
         const uint64_t allowed = m_budget.limit - std::min(m_budget.used, m_budget.limit);

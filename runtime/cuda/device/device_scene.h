@@ -23,7 +23,7 @@ public:
 
     // `model` must outlive this or the next load(). Throws Error (OutOfMemory, Unsupported, Device), as all do.
     void load(const ModelView& model, const CudaStream& stream);
-    // The same without the anchors, which bring() brings.
+    // As load(), without the anchors, which bring() brings.
     void loadFrame(const ModelView& model, const CudaStream& stream);
     void forget() // after a load() that failed: there is no model
     {

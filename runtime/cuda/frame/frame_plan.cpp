@@ -12,8 +12,8 @@ namespace gsc {
 
 namespace {
 
-// Parts of a model's Gaussians that a frame may show. Of trained models 0.7 are alive, seen from anywhere; of one with
-// levels a city shows an eighth.
+// Shares of a model's Gaussians that a frame may show. Trained models have 0.7 alive, seen from anywhere; a city with
+// levels shows an eighth.
 constexpr double kAliveShare = 0.8, kLevelShare = 0.25;
 constexpr uint64_t kFewSlots = 4u << 20;   // so few are no matter: all
 constexpr uint64_t kMostSlots = 1u << 30;  // of all lists
@@ -59,7 +59,7 @@ bool fits(const FrameRoom& room, const FrameCapacity& capacity, uint32_t passes 
     return room.bytes_of(capacity, passes) <= room.bytes;
 }
 
-// What several passes share best: the most slots that memory allows, with their pairs.
+// Capacity that serves several passes best: the most slots that memory allows, with their pairs.
 FrameCapacity mostOf(const FrameRoom& room, uint32_t visible, double per_slot)
 {
     const auto holding = [&](uint32_t slots) {

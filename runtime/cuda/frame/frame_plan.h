@@ -18,7 +18,7 @@ struct FrameCapacity {
     bool operator==(const FrameCapacity&) const = default;
 };
 
-// What a plan is made from.
+// Sizes of a model and a frame, and memory for it, from which a plan is made.
 struct FrameRoom {
     uint32_t anchors;                                              // of the model
     uint64_t gaussians;                                            // it has at most
@@ -30,7 +30,7 @@ struct FrameRoom {
     std::function<uint64_t(const FrameCapacity&, uint32_t passes)> bytes_of; // of the buffers; never falls with either
 };
 
-// What a frame would have needed, as FrameCapacity counts it.
+// Capacity that a frame would have needed, as FrameCapacity counts it.
 struct FrameNeeds {
     uint32_t visible, slots;
     uint64_t pairs;
@@ -52,9 +52,9 @@ uint32_t passesFor(const FrameRoom& room, uint64_t splats, uint64_t pairs, Frame
 // where more passes would not help.
 uint32_t grownPasses(const FrameRoom& room, const FrameNeeds& needs, uint32_t passes, FrameCapacity& capacity);
 
-// What the plan of a frame takes from those before it. With two frames in flight it is never known which of them has
-// ended; so that the same frames are cut alike whenever they end, a frame learns from the last but one and earlier, and
-// from a frame that it repeats.
+// Outcomes of earlier frames that the plan of a frame learns from. With two frames in flight it is never known which of
+// them has ended; so that the same frames are cut alike whenever they end, a frame learns from the last but one and
+// earlier, and from a frame that it repeats.
 class FrameHistory {
 public:
     struct Outcome {

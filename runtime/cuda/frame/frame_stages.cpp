@@ -23,7 +23,7 @@ DepthPass passOf(const FrameJob& job, uint32_t index)
     return {job.buffers.slab_of, index, job.shape.passes};
 }
 
-// What both tiers' decoders take.
+// Sets the arguments that the decoders of both tiers take.
 void setDecodeFrame(DecodeFrame& frame, const FrameJob& job, uint32_t pass)
 {
     setNow(frame, job.now);

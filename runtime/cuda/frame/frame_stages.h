@@ -14,7 +14,7 @@
 
 namespace gsc {
 
-// What a captured frame depends on, beside its capacity. Frames of one shape differ in FrameNow alone.
+// Properties that a captured frame depends on, beside its capacity. Frames of one shape differ in FrameNow alone.
 struct FrameShape {
     uint32_t eye_count;
     uint32_t width[kMaxEyes], height[kMaxEyes]; // pixels
@@ -85,7 +85,7 @@ struct FrameBuffers { // device memory
 FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const FrameShape& shape,
                          const FrameCapacity& capacity, const CudaLimits& limits);
 
-// Everything the stages need. What a stage is given is copied.
+// Everything the stages need. The arguments that a stage gets are copies.
 struct FrameJob {
     const DeviceScene& scene;
     const FrameShape& shape;

@@ -10,7 +10,7 @@
 
 namespace gsc {
 
-// What a .gsc stores of a camera; `names` is the name table of its section.
+// Camera as a .gsc stores it; `names` is the name table of its section.
 SourceCamera sourceCamera(const CameraRecord& record, std::string_view names);
 
 // A pinhole camera, double precision.

@@ -32,7 +32,7 @@ struct DeviceInfo {
     uint64_t memory_bytes = 0; // its own; 0 = the host's
 };
 
-// Of this build, best first, usable or not.
+// Names of this build's backends, best first, usable or not.
 std::vector<std::string> backendNames();
 
 // How pictures come from one GPU to another: "NVLink", "PCIe" (both from memory to memory) or "host" (through its memory).
@@ -41,12 +41,12 @@ std::string deviceLink(const DeviceId& from, const DeviceId& to);
 // Every device of every backend of this build, best first; a backend without a device once, with the reason.
 std::vector<DeviceInfo> devices();
 
-// The best device that this machine can run, if `asked` is "auto"; of the ordinal asked for. What is passed over and why is
-// told. `asked` itself otherwise, and where there is none: makeRenderer() says why.
+// The best device that this machine can run, if `asked` is "auto"; of the ordinal asked for. `passOver` is told which
+// device is passed over and why. `asked` itself otherwise, and where there is none: makeRenderer() says why.
 DeviceId bestDevice(const DeviceId& asked, const std::function<void(const std::string&)>& passOver = {});
 
-// Starts a device, or the best that "auto" finds, which takes a GPU some tenths of a second; makeRenderer() would. Throws
-// nothing: what is wrong with it is makeRenderer()'s to say.
+// Starts a device, or the best that "auto" finds, which takes a GPU some tenths of a second; makeRenderer() would.
+// Never throws: makeRenderer() says why a device cannot be used.
 void startDevice(const DeviceId& device) noexcept;
 
 // Throws Error(Usage) for a backend or device that there is not, naming those there are. One that there is may still not

@@ -28,7 +28,7 @@ struct RendererOptions {
     bool coarse_unlimited = false;
 };
 
-// What a frame is drawn from, and where to. Copied by submit(), but for the memory of the targets.
+// Eyes that a frame is drawn from, its targets and options. submit() copies it, but not the memory of the targets.
 struct FrameRequest {
     std::span<const EyeParams> eyes;        // 1 or 2
     std::span<const FrameTarget> targets{}; // one per eye, or none: pictures stay on the device
@@ -58,7 +58,7 @@ public:
     // Throws Error (OutOfMemory, Device).
     [[nodiscard]] virtual DeviceCeilings ceilings() { return {}; }
 
-    // What a frame asked for in tier `asked` is rendered in.
+    // Tier in which a frame is rendered that asks for `asked`.
     [[nodiscard]] virtual Tier tierOf(Tier asked) const = 0;
 
     // Forget frames in flight. Throw Error (OutOfMemory, Unsupported, Device).
@@ -98,8 +98,9 @@ private:
 std::unique_ptr<Renderer> makeRenderer(const DeviceId& device, const RendererOptions& options = {},
                                        std::string* warning = nullptr);
 
-// The same with the model loaded. With "auto", what a better backend cannot load, for want of memory or of support, the CPU
-// loads instead. What is passed over and why is added to `passed_over`; `load_ms`, if not null, is how long loading took.
+// As makeRenderer(), with the model loaded. With "auto", the CPU loads a model that a better backend cannot load, for
+// want of memory or of support. Each device passed over is added to `passed_over` with the reason; `load_ms`, if not
+// null, is how long loading took.
 std::unique_ptr<Renderer> makeLoadedRenderer(const DeviceId& device, const RendererOptions& options,
                                              std::shared_ptr<const Scene> scene, std::vector<std::string>& passed_over,
                                              double* load_ms = nullptr);
@@ -108,8 +109,8 @@ std::unique_ptr<Renderer> makeLoadedRenderer(const DeviceId& device, const Rende
 FrameResult finish(Renderer& renderer, const FrameRequest& request, uint64_t ticket);
 // Submits a frame and finishes it.
 FrameResult render(Renderer& renderer, const FrameRequest& request);
-// The same into pictures of height x width x 3 floats in memory of this process, one per eye; where `images` or an entry is
-// null, they stay on the device.
+// As render() above, into pictures of height x width x 3 floats in memory of this process, one per eye; where `images`
+// or an entry is null, they stay on the device.
 FrameResult render(Renderer& renderer, std::span<const EyeParams> eyes, const FrameOptions& options,
                    float* const* images = nullptr);
 

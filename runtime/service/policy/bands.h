@@ -9,7 +9,7 @@
 
 namespace gsc {
 
-// What columns of the image cost, learned from frame to frame.
+// Costs of the image's columns, learned from frame to frame, to cut it into bands of equal cost.
 class BandBalance {
 public:
     // `count` bands of an image that is `width` pixels wide, from the left, the last of which may end beyond it. Fewer

@@ -108,8 +108,8 @@ bool ModeChoice::add(uint64_t serial, const SharedPose& pose)
     return true;
 }
 
-// What one worker would have taken for all of a pose: on the curve through what it took for two whole frames before and
-// two after.
+// Milliseconds that one worker would have taken for all of pose `number`: on the curve through its times of two whole
+// frames before and two after. `jumps`: these differ too much.
 double ModeChoice::wholeMs(size_t number, bool& jumps) const
 {
     const std::vector<Counted>& whole = m_trials.front().counted;

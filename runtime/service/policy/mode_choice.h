@@ -62,7 +62,7 @@ public:
     [[nodiscard]] double bestRate() const;
     // How the plan was decided, in words.
     [[nodiscard]] const std::string& cause() const { return m_cause; }
-    // Of the plan decided: frames now take twice or half of what they took when it was tried, so it is worth another look.
+    // Is the decided plan worth another look? Frames now take twice or half the time they took when it was tried.
     [[nodiscard]] bool drifted() const;
 
 private:
