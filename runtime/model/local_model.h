@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A model far from the world's origin, such as a city in metres 100 km away from it, read relative to a place within.
 // fp32 steps by 7.8 mm at 100 km, so positions, cameras and every difference of the two would be as coarse there.
-// Differences of positions are taken where they are exact, from integers or in double, before anything is rounded to fp32;
+// Differences of positions are taken where they are exact, from integers or in double, before they are rounded to fp32;
 // cameras follow in eyeParams(). The stages notice nothing: distances, directions and levels do not depend on it.
 #pragma once
 

@@ -79,8 +79,8 @@ public:
 
     // Device memory that the driver took for this process before it asked for any: the context and the kernels' code. 0
     // where the driver's management library does not tell. It is the memory in use that the first context added,
-    // measured once, so right if no other process takes or gives back memory at that moment, and 32 MiB for code that is
-    // loaded later.
+    // measured once, so right if no other process takes or gives back memory at that moment, and 32 MiB for code that
+    // is loaded later.
     [[nodiscard]] uint64_t contextBytes() const;
 
 private:

@@ -36,7 +36,7 @@ public:
     void load(const ModelView& model);
     void clear();
 
-    // Makes what is due of the groups that the frame has seen, and lists what is drawn from its copy. Returns the others,
+    // Makes what is due of the groups that the frame has seen, lists what is drawn from its copy. Returns the others,
     // in file order: they are near. Fills the coarse and cache counts of `result`.
     const std::vector<SeenGroup>& choose(const CpuCoarseFrame& frame, FrameResult& result);
     // Projects the copies into the stores' blocks from first_block on, blocks() of them, of `capacity` slots each. After
