@@ -17,6 +17,7 @@ struct KeptGroup {
     bool any_positive = false; // GaussianBlock
     uint32_t count = 0;        // Gaussians of its copy
     uint32_t anchors = 0;      // that its copy was made of
+    uint32_t source = 0;       // Gaussians of these
     uint64_t used = 0;         // frame that drew it last
     uint64_t made = 0;         // frame that made it
 };

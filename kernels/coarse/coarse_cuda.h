@@ -28,12 +28,16 @@ struct alignas(16) CoarseGroup {
     uint32_t kind;    // CoarseKind
     uint32_t count;   // Gaussians of its copy
     uint32_t anchors; // that its copy was made of
-    uint32_t pages;   // of its copy
+    uint32_t source;  // Gaussians of these
     uint32_t used;    // frame that drew it last
     uint32_t made;    // frame that made it, or found it near
-    float exponent;   // of its cells
 };
 static_assert(sizeof(CoarseGroup) == 48);
+
+GSC_HD uint32_t pagesOf(const CoarseGroup& group)
+{
+    return (group.count + kPageGaussians - 1) / kPageGaussians;
+}
 
 // A Gaussian of a copy, as two words that lie a page's length apart.
 //   place      x, y, z from the low bits on, 21 bits each, in steps of the group's box
@@ -48,7 +52,7 @@ struct CoarsePage {
 };
 static_assert(sizeof(CoarsePage) == 1024);
 
-// Zero between frames: coarseGrantCuda() clears them.
+// Zero between frames: who grants clears them.
 struct CoarseBuckets {
     uint32_t urgencies[kCoarseUrgencies]; // groups
     uint32_t ages[kCoarseAges];           // pages

@@ -26,7 +26,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
     for (uint32_t i = warp; i < copies; i += warps) {
         const uint32_t entry = tables.drawn[i], index = entry & ((1u << kAnchorBits) - 1), eyes = entry >> kAnchorBits;
         const CoarseGroup& kept = tables.groups[index];
-        const CoarseFrame frame = coarseFrame(args.model.groups[index], kept.exponent);
+        const CoarseFrame frame = coarseFrame(args.model.groups[index], kept.key.cell);
         const uint32_t count = kept.count;
         positive |= count != 0 ? eyes : 0u;
 #pragma unroll 1

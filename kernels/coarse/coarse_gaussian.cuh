@@ -16,7 +16,7 @@ struct CoarseFrame {
 
 constexpr float kPlaceSteps = float((1u << 21) - 1);
 
-__device__ __forceinline__ CoarseFrame coarseFrame(const GroupRecord& group, float exponent)
+__device__ __forceinline__ CoarseFrame coarseFrame(const GroupRecord& group, const CoarseCell& cell)
 {
     CoarseFrame frame;
     float extent = 0.0f;
@@ -26,7 +26,7 @@ __device__ __forceinline__ CoarseFrame coarseFrame(const GroupRecord& group, flo
         extent = fmaxf(extent, group.gaussian_max[i] - group.gaussian_min[i]);
     }
     frame.step = extent * (1.0f / kPlaceSteps);
-    frame.cell = exp2f(exponent);
+    frame.cell = exp2f(float(cellExponent(cell.edge)));
     return frame;
 }
 

@@ -325,18 +325,16 @@ __global__ void __launch_bounds__(kThreads, kBlocks) makeKernel(const __grid_con
     for (uint32_t i = blockIdx.x; i < count; i += gridDim.x) {
         const uint32_t entry = tables.wants[i], index = entry & ((1u << kAnchorBits) - 1);
         const GroupRecord& record = args.model.groups[index];
-        const float cell = wantedCell(args.view, record.gaussian_min, record.gaussian_max);
+        const CoarseCell cell = wantedCell(args.view, record.gaussian_min, record.gaussian_max);
         MadeGroup group;
-        const float exponent = float(cellExponent(cell));
-        group.frame = coarseFrame(record, exponent);
+        group.frame = coarseFrame(record, cell);
         group.per_cell = __fdividef(1.0f, group.frame.cell);
         bool fits = true;
         for (int a = 0; a < 3; ++a) {
             group.base[a] = floorf(record.gaussian_min[a] * group.per_cell);
             fits &= record.gaussian_max[a] * group.per_cell - group.base[a] < float(kAxisCells - 1);
         }
-        const float detail = __fdividef(args.view.cell_at_one, args.view.pixel_at_one) *
-                             cellGrowth(args.view, record.gaussian_min, record.gaussian_max);
+        const float detail = __fdividef(args.view.cell_at_one, args.view.pixel_at_one) * cell.growth;
         group.most = __fdividef(1.0f, 4.7f * (detail * detail + 0.3f));
         for (uint32_t c = threadIdx.x; c < kCells; c += kThreads) {
             shared.keys[c] = kNoKey;
@@ -373,7 +371,7 @@ __global__ void __launch_bounds__(kThreads, kBlocks) makeKernel(const __grid_con
         if (threadIdx.x == 0) {
             CoarseGroup& kept = tables.groups[index];
             const uint32_t total = far ? large + cells : 0u, pages = (total + kPageGaussians - 1) / kPageGaussians;
-            givePages(tables, index, kept.pages);
+            givePages(tables, index, pagesOf(kept));
             uint32_t* const page_of = tables.page_of + size_t(index) * kMostPages;
             const unsigned long long to =
                 atomicAdd(&tables.free->given, static_cast<unsigned long long>(kMostPages - pages));
@@ -386,10 +384,9 @@ __global__ void __launch_bounds__(kThreads, kBlocks) makeKernel(const __grid_con
                     uint32_t(far ? CoarseKind::Far : CoarseKind::Near),
                     total,
                     shared.anchors,
-                    pages,
+                    shared.alive,
                     args.frame,
-                    args.frame,
-                    exponent};
+                    args.frame};
             if (far) {
                 tables.drawn[atomicAdd(&counters.drawn, 1u)] = entry;
                 addCoarseDepth(args, args.histogram, args.model, index, entry >> kAnchorBits, total);

@@ -14,13 +14,15 @@ namespace gsc {
 
 constexpr float kFarShare = 0.9f;       // of a group's Gaussians that are small: from there on it is far
 constexpr float kMostDirection = 0.03f; // change of the unit view direction that a full copy is good for
-constexpr float kFullCopy = 2.0f;       // Gaussians for each anchor that a full copy has, or more
+constexpr float kFullCopy = 0.3f;       // share of the Gaussians it was made of that a full copy has, or more
 constexpr float kMostLasting = 8.0f;    // times as much that a copy of fewer is good for
 constexpr float kMostCloser = 0.3f;     // octaves of distance that the camera may come closer
 constexpr float kMostFurther = 0.75f;   // and leave
 // the same of a model with levels
 constexpr float kMostCloserOfLevels = 0.08f, kMostFurtherOfLevels = 0.15f;
 constexpr float kMostLevels = 0.1f;      // of FrameOptions::lod_bias
+constexpr float kMostFine = 0.5f;        // octaves that cells may be too large where a gaze comes, with foveation
+constexpr float kMostGross = 1.5f;       // and too small where it has gone
 constexpr float kStaleMost = 2.0f;       // of these bounds: a copy that is further off is not drawn
 constexpr float kNearAgain = 1.2f;       // a group that was near is looked at again when its cells are as much larger
 constexpr float kLargestOpacity = 0.99f; // that blending takes
@@ -40,14 +42,20 @@ struct CoarseView {
     float gaze[2][3]; // in the world; of one eye twice
 };
 
+// Cells that a group wants.
+struct CoarseCell {
+    float edge;   // world units, before it becomes a power of two
+    float growth; // cellGrowth(), which is in the edge
+};
+
 // View that a group was last made for, or looked at for.
 struct CoarseKey {
     float center[3]; // CoarseView
-    float cell;      // wanted edge, before it became a power of two
-    float lod_bias;  // CoarseView
+    CoarseCell cell;
+    float lod_bias; // CoarseView
 };
 
-GSC_HD CoarseKey keyOf(const CoarseView& view, float cell)
+GSC_HD CoarseKey keyOf(const CoarseView& view, const CoarseCell& cell)
 {
     return {{view.center[0], view.center[1], view.center[2]}, cell, view.lod_bias};
 }
@@ -126,10 +134,11 @@ GSC_HD float cellGrowth(const CoarseView& view, const float* box_min, const floa
     return std::sqrt(maxNumber(finestVariance(nearest, view.coarsest), 1.0f));
 }
 
-// Edge of cells that a group wants, world units: its pixels are finest at its nearest Gaussian.
-GSC_HD float wantedCell(const CoarseView& view, const float* box_min, const float* box_max)
+// A group's pixels are finest at its nearest Gaussian.
+GSC_HD CoarseCell wantedCell(const CoarseView& view, const float* box_min, const float* box_max)
 {
-    return view.cell_at_one * boxDistance(box_min, box_max, view.center) * cellGrowth(view, box_min, box_max);
+    const float growth = cellGrowth(view, box_min, box_max);
+    return {view.cell_at_one * boxDistance(box_min, box_max, view.center) * growth, growth};
 }
 
 // The power of two at or below, as its exponent. Precondition: cell is above 0 and finite.
@@ -158,17 +167,17 @@ GSC_HD bool seesAll(const EyeParams& eye, float near_z, const GroupRecord& group
            inside(t.y, eye.focal_y, eye.tan_mid_y, float(eye.height));
 }
 
-// Change of direction that a copy is good for. One of fewer Gaussians is blurred more, so that it may turn more before that
-// is what shows.
-GSC_HD float mostDirection(uint32_t gaussians, uint32_t anchors)
+// Change of direction that a copy of `count` Gaussians, made of `source`, is good for. One of fewer is blurred more, so that
+// it may turn more before that is what shows.
+GSC_HD float mostDirection(uint32_t count, uint32_t source)
 {
-    const float lasts = kFullCopy * float(anchors) / maxNumber(float(gaussians), 1.0f);
+    const float lasts = kFullCopy * float(source) / maxNumber(float(count), 1.0f);
     return kMostDirection * minNumber(maxNumber(lasts, 1.0f), kMostLasting);
 }
 
 // How far a copy is off, 1 = due to be made anew: the largest of its changes by their bounds. cell: wantedCell() now. One of
 // finer cells or more levels than are wanted is drawn until it is made anew: nothing is missing in it.
-GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, float cell, const float* box_min,
+GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, const CoarseCell& cell, const float* box_min,
                           const float* box_max, float most_direction = kMostDirection)
 {
     float now[3], then[3], a = 0, b = 0, turned = 0;
@@ -186,8 +195,12 @@ GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, float ce
     }
     // the eyes see it from either side
     const float direction = (std::sqrt(turned) + view.half_distance * inverse_a) / most_direction;
-    const float octaves = std::log2(cell) - std::log2(key.cell);
-    const float size = octaves < 0 ? -octaves / view.most_closer : minNumber(octaves / view.most_further, kStaleMost);
+    const float grown = std::log2(cell.growth) - std::log2(key.cell.growth);
+    const float octaves = std::log2(cell.edge) - std::log2(key.cell.edge) - grown; // of distance
+    const auto of = [](float change, float less, float more) {
+        return change < 0 ? -change / less : minNumber(change / more, kStaleMost);
+    };
+    const float size = maxNumber(of(octaves, view.most_closer, view.most_further), of(grown, kMostFine, kMostGross));
     const float more = (view.lod_bias - key.lod_bias) * (1.0f / kMostLevels);
     const float levels = more < 0 ? minNumber(-more, kStaleMost) : more;
     const float change = maxNumber(maxNumber(direction, size), levels);
@@ -196,27 +209,27 @@ GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, float ce
 
 // A frame's decision about a group that it sees.
 struct CoarseLook {
-    float cell;   // wantedCell()
+    CoarseCell cell;
     float change; // of its copy, 1 = due; infinite without one
     bool draws;   // its copy may be drawn as it is
     bool due;     // it should be made, or made anew
 };
 
-// shows_all: the eyes see all of the group. Kept: has the members key, kind, count and anchors of what is kept of it.
+// shows_all: the eyes see all of the group. Kept: has the members key, kind, count and source of what is kept of it.
 template <typename Kept>
 GSC_HD CoarseLook coarseLook(const CoarseView& view, const GroupRecord& record, const Kept& kept, bool shows_all)
 {
-    const float cell = wantedCell(view, record.gaussian_min, record.gaussian_max);
-    const auto change = [&](const CoarseKey& key, float most_direction = kMostDirection) {
-        return coarseChange(view, key, cell, record.gaussian_min, record.gaussian_max, most_direction);
-    };
+    const CoarseCell cell = wantedCell(view, record.gaussian_min, record.gaussian_max);
     const CoarseKind kind = CoarseKind(kept.kind);
-    const float most = mostDirection(kept.count, kept.anchors);
-    CoarseLook look{cell, kind == CoarseKind::Far ? change(kept.key, most) : INFINITY, false, false};
+    const float most = kind == CoarseKind::Far ? mostDirection(kept.count, kept.source) : kMostDirection;
+    const auto change = [&](const CoarseKey& key) {
+        return coarseChange(view, key, cell, record.gaussian_min, record.gaussian_max, most);
+    };
+    CoarseLook look{cell, kind == CoarseKind::Far ? change(kept.key) : INFINITY, false, false};
     look.draws = shows_all && look.change <= kStaleMost;
     const bool can_be_far =
-        shows_all && cell > 0 && change(keyOf(view, cell), most) <= 1; // a copy made now is within its bound
-    look.due = can_be_far && (kind == CoarseKind::Near ? cell > kNearAgain * kept.key.cell : look.change > 1);
+        shows_all && cell.edge > 0 && change(keyOf(view, cell)) <= 1; // a copy made now is within its bound
+    look.due = can_be_far && (kind == CoarseKind::Near ? cell.edge > kNearAgain * kept.key.cell.edge : look.change > 1);
     return look;
 }
 

@@ -104,8 +104,8 @@ __device__ __forceinline__ void lookAtAll(const CoarseScheduleArgs& args)
     for (uint32_t base = firstOfBlock(); base < args.tables.group_count; base += step) {
         const uint32_t g = base + threadIdx.x;
         const CoarseGroup kept = g < args.tables.group_count ? args.tables.groups[g] : CoarseGroup{};
-        const uint32_t age = kept.pages != 0 ? min(args.now.frame - kept.used, kCoarseAges - 1) : 0u;
-        const uint32_t peers = __match_any_sync(~0u, age), pages = __reduce_add_sync(peers, kept.pages);
+        const uint32_t age = kept.count != 0 ? min(args.now.frame - kept.used, kCoarseAges - 1) : 0u;
+        const uint32_t peers = __match_any_sync(~0u, age), pages = __reduce_add_sync(peers, pagesOf(kept));
         if (age > 1 && (threadIdx.x & 31u) == uint32_t(__ffs(int(peers)) - 1))
             atomicAdd(&args.tables.buckets->ages[age], pages);
     }
@@ -177,8 +177,8 @@ __device__ __forceinline__ void evict(const CoarseScheduleArgs& args)
         return;
     for (uint32_t g = firstOfBlock() + threadIdx.x; g < tables.group_count; g += step) {
         const CoarseGroup& kept = tables.groups[g];
-        if (kept.pages != 0 && args.now.frame - kept.used >= from) {
-            givePages(tables, g, kept.pages);
+        if (kept.count != 0 && args.now.frame - kept.used >= from) {
+            givePages(tables, g, pagesOf(kept));
             tables.groups[g] = CoarseGroup{};
         }
     }
@@ -202,8 +202,8 @@ __device__ __forceinline__ void listAll(const CoarseScheduleArgs& args)
             if (!is_wanted && !is_drawn) {
                 ++near;
                 // grossly off: it has to be made anew in any case
-                if (kept.pages != 0 && looked.change > kStaleMost && args.now.again == 0) {
-                    givePages(tables, looked.group, kept.pages);
+                if (kept.count != 0 && looked.change > kStaleMost && args.now.again == 0) {
+                    givePages(tables, looked.group, pagesOf(kept));
                     tables.groups[looked.group] = CoarseGroup{};
                 }
             }

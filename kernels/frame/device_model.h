@@ -179,7 +179,6 @@ struct PassCounters {
 enum class Stage : uint32_t { Select, Decode, Bin, Sort, Blend, None };
 constexpr uint32_t kStages = 6;
 
-// One for all frames, which follow each other; a copy at a frame's end is the host's, for counts and to grow buffers.
 // FrameOptions::detail (kernels/coarse/coarse_cuda.h), 0 without it.
 struct CoarseCounters {
     uint32_t near, drawn, wants; // lengths of the lists
@@ -189,6 +188,7 @@ struct CoarseCounters {
     uint32_t anchors_made, anchors_kept, anchors_stale;
 };
 
+// One for all frames, which follow each other; a copy at a frame's end is the host's, for counts and to grow buffers.
 struct FrameCounters {
     PassCounters pass;
     uint32_t groups_visible;           // to be looked at

@@ -61,7 +61,7 @@ public:
                 else
                     m_scene.load(model, m_stream);
                 if (m_scene.fastPossible())
-                    CudaCoarse::loadKernels(m_scene);
+                    m_coarse.loadKernels(m_scene);
             });
         } catch (...) {
             m_scene.forget();

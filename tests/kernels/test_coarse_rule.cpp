@@ -81,9 +81,9 @@ TEST_CASE("detail: cells are powers of two that a pixel's size is followed by")
     CHECK(cellExponent(0.3f) == -2);
     const float low[3] = {-1, -1, 10}, high[3] = {1, 1, 14};
     CHECK(boxDistance(low, high, viewAt(0, 0, 0).center) == 10);
-    CHECK(wantedCell(viewAt(0, 0, 0), low, high) == doctest::Approx(0.2));
-    CHECK(wantedCell(viewAt(0, 0, 0, 4), low, high) == doctest::Approx(0.4));
-    CHECK(wantedCell(viewAt(0, 0, 12), low, high) == 0);
+    CHECK(wantedCell(viewAt(0, 0, 0), low, high).edge == doctest::Approx(0.2));
+    CHECK(wantedCell(viewAt(0, 0, 0, 4), low, high).edge == doctest::Approx(0.4));
+    CHECK(wantedCell(viewAt(0, 0, 12), low, high).edge == 0);
 }
 
 TEST_CASE("detail: with foveation cells grow with the angle from where an eye looks")
@@ -98,7 +98,7 @@ TEST_CASE("detail: with foveation cells grow with the angle from where an eye lo
         foveate(eyes, eye_count, gaze, 4, view);
         const float angle = degrees * 0.01745329f, y = 10 * std::sin(angle), z = 10 * std::cos(angle);
         const float low[3] = {-half, y - half, z - half}, high[3] = {half, y + half, z + half};
-        CHECK(wantedCell(view, low, high) ==
+        CHECK(wantedCell(view, low, high).edge ==
               doctest::Approx(0.02f * boxDistance(low, high, view.center) * cellGrowth(view, low, high)));
         return cellGrowth(view, low, high);
     };
@@ -111,6 +111,21 @@ TEST_CASE("detail: with foveation cells grow with the angle from where an eye lo
     CHECK(grownAt(1, 45, 20) == 1);
     CHECK(grownAt(2, 45) == 1); // the other eye looks there
     CHECK(grownAt(1, 120) == doctest::Approx(std::sqrt(12.0)).epsilon(1e-4));
+}
+
+TEST_CASE("detail: a gaze that moves makes copies due by bounds of its own")
+{
+    const float low[3] = {-1, -1, 9}, high[3] = {1, 1, 11};
+    const CoarseView at = viewAt(0, 0, 0);
+    const auto change = [&](float made, float now) {
+        const float edge = wantedCell(at, low, high).edge;
+        return coarseChange(at, keyOf(at, {edge * made, made}), {edge * now, now}, low, high);
+    };
+    CHECK(change(3, 3) == 0);
+    CHECK(change(std::exp2(kMostFine), 1) == doctest::Approx(1).epsilon(1e-4)); // it comes
+    CHECK(change(4, 1) == doctest::Approx(2 / kMostFine).epsilon(1e-4));        // at once: not drawn
+    CHECK(change(1, std::exp2(kMostGross)) == doctest::Approx(1).epsilon(1e-4));
+    CHECK(change(1, 64) == kStaleMost); // it has gone: what is too fine is drawn
 }
 
 TEST_CASE("detail: a copy is due by what has changed most")
@@ -149,8 +164,8 @@ TEST_CASE("detail: a copy is due by what has changed most")
     CHECK(stale.due);
     CHECK(stale.draws);
     CHECK_FALSE(coarseLook(viewAt((kStaleMost + 0.2f) * side, 0, 0), record, kept, true).draws);
-    kept.anchors = 100;
-    for (const auto& [count, lasts] : {std::pair<uint32_t, float>{300, 1}, {200, 1}, {100, 2}, {2, kMostLasting}}) {
+    kept.source = 1000;
+    for (const auto& [count, lasts] : {std::pair<uint32_t, float>{1000, 1}, {300, 1}, {150, 2}, {2, kMostLasting}}) {
         kept.count = count; // the fewer, the more it is blurred anyway
         CHECK(coarseLook(viewAt(side, 0, 0), record, kept, true).change == doctest::Approx(1 / lasts).epsilon(0.02));
     }

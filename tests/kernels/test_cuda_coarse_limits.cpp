@@ -94,6 +94,20 @@ TEST_CASE("coarse: frames drawn again, and in several passes, have the bytes of 
     CHECK(same > 0);
 }
 
+TEST_CASE("coarse: one kernel decides about few groups as four do about many")
+{
+    const FarModel model(farOptions(5000 * kManyAnchors));
+    const auto few = openWithin(model.view(), 0), many = openWithin(model.view(), 0, true);
+    const auto one = played(*few, detailed(2), 4), four = played(*many, detailed(2), 4);
+    for (size_t i = 0; i < one.size(); ++i) {
+        CAPTURE(i);
+        CHECK(sameBytes(one[i].pixels, four[i].pixels));
+        CHECK(one[i].result.coarse.kept == four[i].result.coarse.kept);
+        CHECK(one[i].result.coarse.made == four[i].result.coarse.made);
+        CHECK(groupsOf(one[i].result.coarse) > one[i].result.coarse.near);
+    }
+}
+
 #ifdef GSC_CUDA_EMULATION // a large device's frames need so much that copies have room beside them
 TEST_CASE("coarse: where there is little room, copies that are out of sight go for others, the same every time")
 {

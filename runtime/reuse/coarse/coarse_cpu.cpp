@@ -125,7 +125,7 @@ void CpuCoarse::evict(uint64_t wanted, FrameResult& result)
 }
 
 void CpuCoarse::makeGroup(const DecodeArgs& args, const CoarseView& view, const FrameOptions& options, uint32_t index,
-                          float cell, DecodeState& state, JoinScratch& scratch)
+                          const CoarseCell& cell, DecodeState& state, JoinScratch& scratch)
 {
     const GroupRecord& record = m_model.groups[index];
     const uint32_t first = record.anchor_first - m_model.chunks[record.chunk].anchor_first;
@@ -147,7 +147,7 @@ void CpuCoarse::makeGroup(const DecodeArgs& args, const CoarseView& view, const 
     const GaussianBlock& decoded = state.scratch.blocks[0];
     bool far = false;
     const JoinOrigins origins{anchors, m_model.arrays[record.chunk].source_index, m_model.params->n_offsets};
-    const uint32_t gaussians = joinGroupCpu(view, record, cell, decoded, origins, scratch, far);
+    const uint32_t gaussians = joinGroupCpu(view, record, cell.edge, decoded, origins, scratch, far);
     const size_t floats = tileFloats(gaussians);
     Buffer<float>& tiles = m_tiles[index];
     if (tiles.capacity() != floats)
@@ -160,6 +160,7 @@ void CpuCoarse::makeGroup(const DecodeArgs& args, const CoarseView& view, const 
                      decoded.any_positive,
                      gaussians,
                      count,
+                     decoded.count,
                      m_frame,
                      m_frame};
 }

@@ -59,7 +59,7 @@ private:
     void chooseDue(const CpuCoarseFrame& frame, FrameResult& result);
     void evict(uint64_t wanted, FrameResult& result);
     void makeGroup(const DecodeArgs& args, const CoarseView& view, const FrameOptions& options, uint32_t index,
-                   float cell, DecodeState& state, JoinScratch& scratch);
+                   const CoarseCell& cell, DecodeState& state, JoinScratch& scratch);
     void list(const CpuCoarseFrame& frame, FrameResult& result);
     void addAnchors(uint32_t eye_count, FrameResult& result) const;
     [[nodiscard]] FalseColour colourOf(const FrameOptions& options, const Drawn& drawn) const;

@@ -17,9 +17,9 @@ constexpr uint32_t kBudgetShare = 8, kLeastBudget = 512; // groups that a frame 
 
 } // namespace
 
-void CudaCoarse::loadKernels(const DeviceScene& scene)
+void CudaCoarse::loadKernels(const DeviceScene& scene) const
 {
-    loadCoarseSchedule(scene.model().params.group_count <= kCoarseFewGroups);
+    loadCoarseSchedule(decidesAtOnce(scene));
     loadCoarseMake(scene.model().compact_shape != nullptr, scene.bank() != nullptr);
     loadCoarseDraw();
 }
@@ -108,7 +108,7 @@ void CudaCoarse::listAnchors(FrameCapture& capture, const FrameJob& job) const
                                       job.buffers.histogram,
                                       job.buffers.counters,
                                       m_tables};
-    if (m_tables.group_count <= kCoarseFewGroups && !m_unlimited) { // workers that share poses have many
+    if (decidesAtOnce(job.scene)) {
         capture.add(schedule, coarseDecideCuda);
     } else {
         capture.add(schedule, coarseScheduleCuda);

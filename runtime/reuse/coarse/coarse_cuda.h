@@ -15,7 +15,7 @@ public:
     CudaCoarse(MemoryBudget& budget, bool unlimited) : m_arena(budget), m_unlimited(unlimited) {}
 
     // So that no frame waits for them.
-    static void loadKernels(const DeviceScene& scene);
+    void loadKernels(const DeviceScene& scene) const;
     // Forgets everything and gives the memory back. Whoever has graphs drops them.
     void release();
     // Must prepare() take memory? Then graphs and the memory of frames are to be given back before.
@@ -36,6 +36,11 @@ public:
     [[nodiscard]] uint64_t bytes() const { return m_arena.bytes(); }
 
 private:
+    // Does one kernel decide? Of workers that share poses it does not: so both ways are drawn from, of few groups, too.
+    [[nodiscard]] bool decidesAtOnce(const DeviceScene& scene) const
+    {
+        return scene.model().params.group_count <= kCoarseFewGroups && !m_unlimited;
+    }
     [[nodiscard]] CoarseCudaArgs cudaArgs(const FrameJob& job, uint32_t pass) const;
 
     DeviceArena m_arena;
