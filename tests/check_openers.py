@@ -1,0 +1,138 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Fails if a sentence of a comment, a docstring or a page opens with "What", "Of", "The same" or "Which".
+
+Such a sentence has no subject that a reader knows; a noun or a verb comes first. Headings, quoted sentences, code and
+strings are left alone. Takes another source tree as its argument."""
+import ast
+import io
+import re
+import sys
+import tokenize
+from pathlib import Path
+
+ROOT = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).resolve().parent.parent)
+FOLDERS = (".ci", "convert", "format", "kernels", "player", "runtime", "samples", "schemas", "tests")
+OTHERS_CODE = ("convert/chart/echarts/", "convert/viewer/playcanvas/")
+
+LIST_ITEM = r"(?:[-*+]|\d+[.)])[ \t]+"
+START = r"(?:\A|\n[ \t]*(?=\n)|\n[ \t]*(?=" + LIST_ITEM + r")|[.!?][\"')\]*_]*(?=\s))"
+OPENER = re.compile(START + r"\s*(?:" + LIST_ITEM + r")?[*_(>\s]*(What|Of|The same|Which)\b")
+QUOTED = re.compile(r'"[^"]*"|“[^”]*”|(`+).*?\1', re.S)
+CPP = re.compile(r'(//)((?:\\\n|[^\n])*)|(/\*)(.*?)\*/|R"(\w*)\(.*?\)\5"|"(?:\\.|[^"\\\n])*"|(?<![\da-fA-F])\'(?:\\.|[^\'\\\n])+\'',
+                 re.S)
+SHELL = re.compile(r"""(?:(?<=\s)|(?<![^\n]))(#)([^\n]*)|\\.|"(?:\\.|[^"\\])*"|'[^']*'""", re.S)
+FENCED = re.compile(r"^([ \t]*)(```|~~~).*?^\1\2[ \t]*$", re.S | re.M)
+
+
+def joined(comments):
+    """(line, text) of comments of one line each: those below each other in one column are one text"""
+    texts, last = [], None
+    for line, column, text, is_alone in comments:
+        if is_alone and last == (line - 1, column):
+            texts[-1][1].append(text)
+        else:
+            texts.append((line, [text]))
+        last = None if text.lstrip().startswith("SPDX-") else (line, column)
+    return [(line, "\n".join(lines)) for line, lines in texts]
+
+
+def marked(pattern, code):
+    """(line, text) of the comments of a language, each of which is the group behind that of its mark"""
+    singles, texts = [], []
+    for match in pattern.finditer(code):
+        line = code.count("\n", 0, match.start()) + 1
+        if match.lastindex and match[match.lastindex - 1] in ("//", "#"):
+            begin = code.rfind("\n", 0, match.start()) + 1
+            is_alone = not code[begin:match.start()].strip()
+            singles.append((line, match.start() - begin, match[match.lastindex], is_alone))
+        elif match[0].startswith("/*"):
+            texts.append((line, re.sub(r"^[ \t]*\*", "", match[match.lastindex].lstrip("*!"), flags=re.M)))
+    return texts + joined(singles)
+
+
+def of_python(code):
+    comments = [(*token.start, token.string.lstrip("#"), not token.line[:token.start[1]].strip())
+                for token in tokenize.generate_tokens(io.StringIO(code).readline) if token.type == tokenize.COMMENT]
+    documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    strings = [node.body[0].value for node in ast.walk(ast.parse(code))
+               if isinstance(node, documented) and ast.get_docstring(node, clean=False)]
+    return joined(comments) + [(string.lineno, string.value) for string in strings]
+
+
+def of_page(page):
+    page = FENCED.sub(lambda match: re.sub(r"[^\n]", "", match[0]), page)
+    texts, paragraph = [], (1, [])
+    for line, text in enumerate(page.split("\n"), 1):
+        if text.lstrip().startswith(("|", "#")):
+            cells = re.sub(r"`[^`]*`", "`code`", text).split("|") if text.lstrip().startswith("|") else []
+            texts += [paragraph] + [(line, [cell.strip()]) for cell in cells]
+            paragraph = (line + 1, [])
+        else:
+            paragraph[1].append(text)
+    return [(line, "\n".join(lines)) for line, lines in texts + [paragraph]]
+
+
+READERS = {".py": of_python, ".md": of_page}
+READERS |= dict.fromkeys((".h", ".cpp", ".cu", ".cuh", ".def", ".js"), lambda code: marked(CPP, code))
+READERS |= dict.fromkeys((".cmake", ".sh", ".yaml", "CMakeLists.txt", ".ci/run"), lambda code: marked(SHELL, code))
+
+
+def openers(name, content):
+    """(line, opener) of the sentences of a file, None if it is not of a kind that has some"""
+    reader = next((reader for end, reader in READERS.items() if name.endswith(end)), None)
+    if reader is None:
+        return None
+    found = []
+    for line, text in reader(content):
+        text = QUOTED.sub(lambda match: re.sub(r"\w", "x", match[0]), text)
+        found += [(line + text.count("\n", 0, match.start(1)), match[1]) for match in OPENER.finditer(text)]
+    return sorted(found)
+
+
+# (file, content, lines of what is found)
+OPENERS = ("What", "Of", "The same", "Which")
+CASES = [(name, content.replace("What", opener), lines) for opener in OPENERS for name, content, lines in (
+    ("a.h", "// What it is.\nint a;", [1]),
+    ("a.h", "// SPDX-License-Identifier: Apache-2.0\n// What it is.", [2]),
+    ("a.cpp", "int a; // What it is.\nint b;  // What it is.", [1, 2]),
+    ("a.cpp", "// A number. Its\n// unit is metres. What\n// it is.\n", [2]),
+    ("a.cpp", "// A number,\n// - What it is\n//\n// What it is.", [2, 4]),
+    ("a.cu", "int a; /* What it is. */ int b;\n/**\n * A number (of one). What it is.\n */", [1, 3]),
+    ("a.cuh", "int What; f(\"// What it is.\", '\"'); // Counts it.\n", []),
+    ("a.cuh", "const char* a = R\"x(\n// What it is.)\" /* What. */)x\";", []),
+    ("a.h", "// Says \"What it is. What it was.\" or `What`. `What` opens it; What in it does not: What.", []),
+    ("a.h", "// Says \"It is.\" What it is.", [1]),
+    ("a.h", "// Whatever it is. Offset. Somewhat. what it is.\n// (see there) What", []),
+    ("a.h", "int a = 1'000;  // It is a frame's. What it is.", [1]),
+    ("a.def", "ISSUE(1) // https://a.b/ What\n", []),
+    ("a.js", "// What it is.\nlet a = '// What';", [1]),
+    ("a.py", "# What it is.\nb = 1  # What it is.\n# What it is.", [1, 2, 3]),
+    ("a.py", "b = '# What.'\nc = \"\"\"What it is.\"\"\"\n", []),
+    ("a.py", "'''What it is.'''\ndef f():\n    \"\"\"It is.\n\n    What it is.\"\"\"", [1, 5]),
+    ("a.cmake", "# What it is.\nset(a \"# What\") # What it is.", [1, 2]),
+    ("CMakeLists.txt", "# What it is.", [1]),
+    (".ci/run", "echo ${a#What} $#; echo '# What' # What it is.\n", [1]),
+    ("a.md", "It is. What\nit is.\n\nWhat it is: What.\n- What it is\n  1. **What it is.** *What* it is.", [1, 4, 5, 6, 6]),
+    ("a.md", "# What it is\n> What it is\n", [2]),
+    ("a.md", "| What | `What` |\n| --- | --- |\n| it | What it is. |\n| `What it is` | is. |", [1, 3]),
+    ("a.md", "```sh\n# What it is.\n\nWhat it is. What.\n```\nSays \"It\nis. What it is.\" `is. What`", []),
+    ("a.json", "{\"a\": \"What it is.\"}", None),
+)]
+
+problems, count = [], 0
+for name, content, lines in CASES:
+    found = openers(name, content)
+    if (found and [line for line, _ in found]) != lines:
+        problems.append(f"CASES: {name} {content!r}: found {found}, expected lines {lines}")
+for path in [*ROOT.iterdir(), *(path for folder in FOLDERS for path in (ROOT / folder).rglob("*"))]:
+    name = path.relative_to(ROOT).as_posix()
+    if name.startswith(OTHERS_CODE) or not path.is_file():
+        continue
+    found = openers(name, path.read_text(errors="replace")) if any(map(name.endswith, READERS)) else None
+    count += found is not None
+    problems += [f'{name}:{line}: a sentence opens with "{opener}", expected a noun or a verb' for line, opener in found or []]
+if not count:
+    problems.append(f"{ROOT}: has no file with comments, expected the root of a source tree")
+print("\n".join(problems) or f"no sentence of the comments of {count} files opens with What, Of, The same or Which")
+sys.exit(bool(problems))
