@@ -66,7 +66,7 @@ using BakeProgress = std::function<void(const char* stage, uint64_t done, uint64
 
 // Throws Error: Difference where the target cannot be kept, naming the pose; Usage for too few cameras; as Scene::open()
 // and writeGsc(); as BakeState. Then no file is left, but for BakeOptions::resume, which goes when the output is written, and
-// only then. The same bytes on any number of threads, but not on any device: rounding of pictures differs.
+// only then. Bytes do not depend on the number of threads, but on the device: its pictures are rounded differently.
 BakeReport bake(const BakeOptions& options, const BakeProgress& progress);
 
 // Cost of a model at one of several qualities: bytes, memory and time against pictures.

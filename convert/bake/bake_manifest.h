@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a baked file says of itself.
+// Facts of a bake in the manifest of the baked file.
 #pragma once
 
 #include "convert/bake/bake.h"
@@ -10,7 +10,7 @@
 
 namespace gsc {
 
-// JSON of the manifest's "reduction": levers, poses and measured loss. The same for the same input and options.
+// JSON of the manifest's "reduction": levers, poses and measured loss. Equal input and options give equal text.
 [[nodiscard]] std::string reductionText(const BakeReport& report, std::optional<double> target);
 // KnownSource::facts of a file with that reduction, made from one with this manifest.
 [[nodiscard]] std::string reducedFacts(std::string_view manifest, const std::string& reduction);

@@ -121,7 +121,7 @@ void BakeMeter::keep(int64_t pictures)
     showProgress();
 }
 
-// What these poses are held against was put off, and is to be drawn now.
+// Moves those of the poses whose picture of the whole model was put off from kept to drawn: it is drawn now.
 void BakeMeter::drawAgain(size_t first, size_t count)
 {
     m_kept -= int64_t(m_probe.undrawn(first, count));

@@ -36,8 +36,9 @@ struct SourceModel {
 
 class BakeMeter {
 public:
-    // `renderer` has loaded the model. `before`: the file that what is measured goes to, if any. What is referred to must
-    // outlive this. Every function that measures throws as BakeState and as the renderer, and Error(Interrupted).
+    // `renderer` has loaded the model. `before`: the file that measurements are kept in, if any. Arguments passed by
+    // reference must outlive this. Every function that measures throws as BakeState and as the renderer, and
+    // Error(Interrupted).
     BakeMeter(const SourceModel& model, const PoseSets& poses, std::unique_ptr<Renderer> renderer,
               std::optional<BakeState> before, int threads, const BakeProgress& progress);
     BakeMeter(const BakeMeter&) = delete;
@@ -49,12 +50,13 @@ public:
     [[nodiscard]] BakeSizes sizes() const; // of the model's file
     // `sizes`: those, to be kept beside.
     [[nodiscard]] Importance weigh(const BakeSizes& sizes);
-    // What poses of search and verdict are held against; after weigh(). Put off where a bake before has left scores.
+    // Draws the whole model from the poses of search and verdict, after weigh(): scores compare with these pictures.
+    // Put off where a bake before has left scores.
     void drawWhole();
-    // Of `model` as `plan` says, from the poses [first, first + count); those of the search come first, then those of the
-    // verdict. `model` is changed only where there is something to draw.
+    // Score of `model`, baked as `plan` says, from the poses [first, first + count): poses of the search come first,
+    // then those of the verdict. `model` is changed only where there is something to draw.
     [[nodiscard]] SetScore score(ReducedModel& model, const BakePlan& plan, size_t first, size_t count);
-    // A file from the poses of the verdict.
+    // Score of a file from the poses of the verdict.
     [[nodiscard]] FileScore measure(const std::string& path);
 
     [[nodiscard]] uint64_t weightPixels() const; // of the poses of the weights

@@ -14,7 +14,7 @@ namespace gsc {
 // Other poses than those of the search keep a target that those keep with this much to spare, dB.
 constexpr double kSearchMargin = 0.6;
 
-// Of a model as the plan says, from the poses [first, first + count); those of the search come first.
+// Score of a model baked as the plan says, from the poses [first, first + count); those of the search come first.
 using PlanScore = std::function<SetScore(const BakePlan& plan, size_t first, size_t count)>;
 
 struct SearchTask {

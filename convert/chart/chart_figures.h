@@ -15,7 +15,7 @@ struct FigureFile {
     std::string bytes;
 };
 
-// What this build lacks to draw figures, such as "Duktape, librsvg"; empty if nothing.
+// Names the libraries that this build lacks to draw figures, such as "Duktape, librsvg"; empty if nothing.
 std::string figuresMissing();
 
 // SVG and PNG of every figure of every panel, light. Throws Error: Unsupported (figuresMissing()), Internal (a script

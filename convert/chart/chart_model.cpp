@@ -223,8 +223,8 @@ Json panelJson(const Panel& panel, const std::string& title, const std::string& 
               {"pooled", viewJson(panel, &Accuracy::psnr_pooled, baselines)}}}};
 }
 
-// What a configuration is known by in every panel: its words, but of a decode budget only that it is the panel's first,
-// second and so on of its kind, since "match" makes another number of it on every path.
+// Keys that a configuration has in common with itself in other panels: its words, then its number among the panel's
+// rows with equal words. A decode budget's number is no part of the words: "match" makes another of it on every path.
 std::vector<std::vector<std::string>> styleKeys(const Panel& panel)
 {
     std::map<std::vector<std::string>, size_t> seen;

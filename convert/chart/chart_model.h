@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a page shows, as data: page/figures.js turns it into figures, page/report.js into text and tables.
+// Content of a page, as data: page/figures.js turns it into figures, page/report.js into text and tables.
 #pragma once
 
 #include "convert/chart/rows/run_set.h"

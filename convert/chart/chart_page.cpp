@@ -12,7 +12,7 @@ namespace gsc {
 
 namespace {
 
-// What the words of a page mean.
+// Explanations of the words on a page.
 constexpr std::string_view kServiceNotes =
     "<b>Latency</b>: of a pose, from being submitted to being shown. <b>Late</b>: drawn when a newer "
     "picture was shown already. <b>Expired</b>: never begun, because a newer pose was there or it had "

@@ -47,7 +47,7 @@ CurveJson pointJson(const CurveRow& row)
             {"worst_flip", rounded(row.worst_flip)}};
 }
 
-// Of each, what tells it from the others.
+// Names of the curves: the model's, and where several have one model its anchors, device and pixels too.
 std::vector<std::string> namesOf(const std::vector<ChartCurve>& curves)
 {
     std::vector<std::string> names;

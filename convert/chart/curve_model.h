@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a page of curves shows, as data: page/curve_figures.js turns it into a figure and a table.
+// Content of a page of curves, as data: page/curve_figures.js turns it into a figure and a table.
 #pragma once
 
 #include "convert/chart/rows/curve_set.h"

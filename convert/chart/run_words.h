@@ -10,8 +10,8 @@ namespace gsc {
 std::string methodOf(const RowConfig& config);
 // The model whose exact pictures the run was held against, its own but for one that was baked.
 const FileFacts& comparedWith(const ChartRun& row);
-// What was drawn, where and how: rows that agree in all of it are compared with each other. Each in words; empty where
-// there is nothing to say. First the trajectory.
+// Words for what was drawn, where and how, the trajectory first; an entry without anything to say is empty. Rows that
+// agree in all of them are compared with each other.
 std::vector<std::string> sceneWords(const ChartRun& row);
 // Words for what the run tries: reuse, tier, switches, budgets, another file. First the policy, never empty.
 std::vector<std::string> configWords(const ChartRun& row);

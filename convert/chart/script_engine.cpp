@@ -9,7 +9,7 @@ namespace gsc {
 
 namespace {
 
-// What is on top of the stack after a failed call: usually an Error object.
+// Throws for a failed call. Its error, usually an Error object, is on top of the stack.
 [[noreturn]] void throwScriptError(duk_context* context, const char* name)
 {
     const std::string message = duk_safe_to_string(context, -1);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a page of service traces shows, as data: page/service_figures.js turns it into figures, page/plain_report.js into
-// text and tables.
+// Content of a page of service traces, as data: page/service_figures.js turns it into figures, page/plain_report.js
+// into text and tables.
 #pragma once
 
 #include "convert/chart/rows/trace_set.h"

@@ -15,7 +15,7 @@ namespace gsc {
 //  "sentences": [{"run": name or "", "text"}, ...]}         to be read one after the other, a sentence starts with `run`
 // `rows` are those of the model (chart_model.h), one for each of `runs`.
 nlohmann::ordered_json verdictJson(const std::vector<const ChartRun*>& runs, const nlohmann::ordered_json& rows);
-// Which of the model's panels have no speed-up, and why; empty where all have.
+// Names the model's panels without a speed-up, and why; empty where all have one.
 std::string baselineWords(const nlohmann::ordered_json& panels);
 
 } // namespace gsc

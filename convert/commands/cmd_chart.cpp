@@ -71,7 +71,7 @@ void checkFigures(const ChartOptions& options, const std::vector<FigureFile>& fi
     checkOutputsDiffer(outputs, inputs);
 }
 
-// Of one kind: each has pages of its own.
+// Input of one kind, since each kind has a page of its own.
 struct ChartInput {
     std::optional<PageKind> kind;
     RunSet runs;

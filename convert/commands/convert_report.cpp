@@ -10,7 +10,8 @@ namespace gsc {
 
 namespace {
 
-// What could differ from the checkpoint, in one place for both forms of the report.
+// True if the file has all of the checkpoint: no anchor dropped, no row of the embedding left out. Both forms of the
+// report use it.
 bool isLossless(const ConvertFacts& facts)
 {
     const bool rows_left_out = facts.options.appearance >= 0 && facts.checkpoint.embeddingRows() > 1;
@@ -39,7 +40,7 @@ Json inputJson(const ConvertFacts& facts)
     return json;
 }
 
-// What the checkpoint has in common with the file made from it.
+// Parameters that the checkpoint has in common with the file made from it.
 ModelParams paramsOf(const Checkpoint& checkpoint)
 {
     ModelParams params = modelParams(checkpoint);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `gsc convert` tells about its work (schemas/convert-report.schema.json).
+// Report of `gsc convert` on its work (schemas/convert-report.schema.json).
 #pragma once
 
 #include "convert/commands/command.h"

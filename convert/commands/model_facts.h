@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a model is, told the same way from a checkpoint and from a .gsc file.
+// Facts of a model, told the same way from a checkpoint and from a .gsc file.
 #pragma once
 
 #include "convert/commands/command.h"

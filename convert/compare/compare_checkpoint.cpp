@@ -41,7 +41,7 @@ void compareValues(AttributeDifference& result, const T* a, const T* b, size_t c
     }
 }
 
-// What the anchors have in an array that a file does not store.
+// Value that every anchor has in an array that the file does not store.
 const float* constantOf(const ModelParams& params, ChunkArray array)
 {
     static constexpr float kZero[3] = {};

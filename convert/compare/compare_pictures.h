@@ -10,8 +10,8 @@
 namespace gsc {
 
 // Each picture of `reference` against the one of `pictures` with the same name; extensions may differ. Both are folders,
-// of which files that are no pictures are left out, or both are files. What `pictures` has beyond `reference` is not
-// compared, and a warning says how many. Throws Error: Io for what is not found, InvalidFile for a picture of another
+// of which files that are no pictures are left out, or both are files. A warning counts the pictures that only
+// `pictures` has: they are not compared. Throws Error: Io for what is not found, InvalidFile for a picture of another
 // size, two of one name or a folder without a picture, Unsupported.
 PictureSet comparePictures(const std::string& reference, const std::string& pictures, const Lpips* lpips,
                            Reporter& report);

@@ -52,7 +52,7 @@ std::unique_ptr<Lpips> openLpips(const LpipsFiles& files, int threads);
 // Why a view of `pictures` has no LPIPS, in words; empty = all have.
 std::string whyNoLpips(const Lpips* lpips, const PictureSet& pictures);
 
-// Of a report: an object, null of an empty set.
+// JSON of the set for a report: an object, null for an empty set.
 OrderedJson pictureSetJson(const PictureSet& pictures);
 // A line of the set, headed `title`, and one of each view.
 std::string pictureSetText(const char* title, const PictureSet& pictures);

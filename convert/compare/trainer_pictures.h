@@ -15,12 +15,12 @@ struct TrainerPicture {
     Camera camera;    // its size is the picture's, once that is read
 };
 
-// Of a folder with NAME.png and a cameras.json that lists exact cameras (R_camera_to_world, T_world_to_camera, FoVx,
-// FoVy, width, height, uid). Throws Error (Io, InvalidFile).
+// Pictures of a folder with NAME.png and a cameras.json that lists exact cameras (R_camera_to_world, T_world_to_camera,
+// FoVx, FoVy, width, height, uid). Throws Error (Io, InvalidFile).
 std::vector<TrainerPicture> picturesOfGolden(const std::string& folder);
 
-// Of the folder test/ours_<iteration>/renders that the trainers' render.py leaves: NNNNN.png is the NNNNN-th test
-// camera. Empty if there is none.
+// Pictures of the folder test/ours_<iteration>/renders that the trainers' render.py leaves: NNNNN.png is the NNNNN-th
+// test camera. Empty if there is none.
 std::vector<TrainerPicture> picturesOfTest(const std::string& folder, const std::vector<SourceCamera>& cameras);
 
 // <model>/golden, else <model>/test/ours_<iteration>/renders; empty if there is neither.

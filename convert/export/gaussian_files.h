@@ -28,7 +28,7 @@ using PieceSink = std::function<void(std::span<const std::byte>)>;
 
 // Precondition of all: there is a Gaussian.
 void writeGaussianPly(const GaussianSet& set, const PieceSink& write);
-// The same in parts: a header, as long for any number of Gaussians, and rows.
+// Parts of that PLY: the header, whose length does not depend on the number of Gaussians, and the rows.
 std::string gaussianPlyHeader(int degree, uint64_t count);
 void writeGaussianPlyRows(const GaussianSet& set, const PieceSink& write);
 // Throws Error(Unsupported) where there are more Gaussians than 4 GiB hold.
@@ -44,9 +44,10 @@ constexpr uint64_t kSpzReadersTake = 10'000'000;
 void writeGaussianSog(const GaussianSet& set, const PieceSink& write, int threads);
 void requireSog();
 
-// What a viewer reads of an SPZ file of either version, scores apart. `name` is used in messages. Throws Error(InvalidFile).
+// Gaussians as a viewer reads them from an SPZ file of either version, without their scores. `name` is used in
+// messages. Throws Error(InvalidFile).
 GaussianSet readGaussianSpz(std::span<const std::byte> file, const std::string& name);
-// The same of a SOG file.
+// Gaussians as a viewer reads them from a SOG file, without their scores. `name` and errors as above.
 GaussianSet readGaussianSog(std::span<const std::byte> file, const std::string& name);
 
 } // namespace gsc

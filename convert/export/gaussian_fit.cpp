@@ -21,8 +21,8 @@ namespace {
 
 constexpr uint64_t kRangeBytes = 1u << 30;  // of the sums of the anchors that are looked at together, at most
 constexpr size_t kPartGaussians = 1u << 16; // that are given away together: 16 MiB at degree 3
-// What keeps coefficients small for which the cameras' directions say little, relative to a Gaussian's weight, times the
-// degree's square.
+// Weight that pulls coefficients towards zero, so that those of which the cameras' directions say little stay small:
+// relative to a Gaussian's weight, times the degree's square.
 constexpr double kRidge = 1e-3;
 // Networks answer for any direction, so a view also tells of what lies beside its picture: of so many times its width and
 // height, at a small weight, which decides where no picture shows an anchor.
@@ -30,7 +30,7 @@ constexpr float kBeside = 3;
 constexpr float kBesideWeight = 0.1f;
 constexpr double kThinnest = 1e-4; // axis, of the longest: sums of floats tell no thinner ones apart
 
-// The same eye with a picture that much wider.
+// The eye with a picture kBeside times as wide and as high, at the same centre.
 EyeParams widened(EyeParams eye)
 {
     eye.width = uint32_t(kBeside * float(eye.width));

@@ -29,8 +29,8 @@ struct FitOptions {
 using GaussianSink = std::function<void(const GaussianSet& part)>;
 
 // The Gaussians that some of the views show, in the order of the file. Positions are the world's (ModelView::origin is
-// added). progress(done, all) is called between anchors' ranges and views; it may throw. The same result on any number of
-// threads.
+// added). progress(done, all) is called between anchors' ranges and views; it may throw. The result does not depend on
+// the number of threads.
 void fitGaussians(const ModelView& model, std::span<const FitView> views, const FitOptions& options,
                   const GaussianSink& take, const std::function<void(uint64_t, uint64_t)>& progress);
 

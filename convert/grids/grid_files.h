@@ -25,7 +25,7 @@ struct ExportedGrid {
 };
 
 // Hands the file to `write` piece by piece: one mask grid per level, in the order of view.levels, in the world space of
-// the model. The same bytes for the same file. Precondition: `view` came from openGsc() without errors. A grid that cannot
+// the model. Equal files give equal bytes. Precondition: `view` came from openGsc() without errors. A grid that cannot
 // be walked is reported to `sink`; then nothing is written and the list is empty. Throws Error(Unsupported) where OpenVDB is
 // missing.
 std::vector<ExportedGrid> writeGridFile(const GscView& view, GridFileFormat format, const IssueSink& sink,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a file holds at a point of the world, level by level: down the tree that every file carries.
+// Content of a file at a point of the world, level by level: down the tree that every file carries.
 #pragma once
 
 #include <gsc/gsc_reader.h>

@@ -87,7 +87,7 @@ struct CheckpointOptions {
 };
 
 // Reads everything but the anchors of the model in `path`: a model folder, a point_cloud/iteration_<n> folder or the
-// PLY itself. What it is gets decided by content (format facts 1.3).
+// PLY itself. Content decides of which kind the model is (format facts 1.3).
 // Throws Error: Io (missing or unreadable file), InvalidFile (damaged or inconsistent), Unsupported (a family that
 // cannot be represented exactly; the message names what was found and what to do), Usage (an option that contradicts
 // the model).

@@ -39,7 +39,7 @@ SourceCamera fromCamera(const Camera& camera, int id)
     return result;
 }
 
-// What a .gsc cannot hold of the cameras is said once per file. `shifted` of them look through another pixel than
+// Warns, once per file, of camera properties that a .gsc cannot hold. `shifted` cameras look through another pixel than
 // the middle.
 void warnOfLenses(const std::string& path, const std::vector<std::string>& told, size_t shifted, size_t cameras,
                   std::vector<std::string>& warnings)

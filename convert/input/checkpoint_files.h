@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which files make up the model that a user named.
+// Files that make up the model that a user named.
 #pragma once
 
 #include "convert/input/checkpoint.h"

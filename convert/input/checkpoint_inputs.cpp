@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which values each MLP takes. The widths of the weights decide, never cfg_args (trap 2), except where they cannot.
+// Values that each MLP takes. The widths of the weights decide, never cfg_args (trap 2), except where they cannot.
 #include "convert/input/checkpoint_model.h"
 
 #include "convert/input/model_names.h"

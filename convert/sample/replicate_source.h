@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `gsc sample replicate` takes from a real aerial model: the part of the ground that photographs cover well.
+// Source of `gsc sample replicate` in a real aerial model: the part of the ground that photographs cover well.
 #pragma once
 
 #include "convert/input/checkpoint.h"

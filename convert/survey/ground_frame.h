@@ -42,7 +42,8 @@ struct GroundFrame {
 // The plane is spanned by the two larger principal axes of the points; `up` is the third axis, turned to the side of
 // the cameras, or to where the points' tail is longer if there are none.
 GroundFrame fitGround(std::span<const dvec3> points, std::span<const SourceCamera> cameras);
-// The same with a given up direction, a unit vector; ground lies at the `ground_share` quantile of the points.
+// Fits as fitGround(), with a given up direction, a unit vector; ground lies at the `ground_share` quantile of the
+// points.
 GroundFrame fitGroundAlong(std::span<const dvec3> points, std::span<const SourceCamera> cameras, dvec3 up,
                            double ground_share);
 

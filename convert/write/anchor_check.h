@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which anchors a renderer can show at all (format facts, traps 15, 18, 19).
+// Anchors that a renderer cannot show at all, and why (format facts, traps 15, 18, 19).
 #pragma once
 
 #include "convert/input/checkpoint.h"

@@ -30,7 +30,7 @@ constexpr AnchorRecordLayout anchorRecordLayout(const ModelParams& params)
     return layout;
 }
 
-// What is stored of an anchor as the checkpoint has it.
+// Arrays of an anchor that are stored as the checkpoint has them.
 struct CopiedArray {
     ChunkArray array;
     std::vector<float> AnchorBatch::*values;

@@ -12,8 +12,8 @@ namespace gsc {
 
 constexpr size_t kBatchRows = 8192; // anchors per batch
 
-// Calls `work` with every batch, in order, one at a time (not always from the calling thread). What either side
-// throws is rethrown here. Asks throwIfInterrupted() per batch.
+// Calls `work` with every batch, in order, one at a time (not always from the calling thread). Rethrows what
+// `source` or `work` throws. Asks throwIfInterrupted() per batch.
 void forEachBatch(AnchorSource& source, uint32_t fields, const std::function<void(const AnchorBatch&)>& work);
 
 // Walks the rows that were dropped in the scan: isDropped() must be called with ascending rows.

@@ -93,7 +93,7 @@ public:
         }
     }
 
-    // Of the anchors from `first` on of the chunk that are the group's.
+    // Sets the bounds of the group, whose anchors are those of the chunk from `first` on.
     void setBounds(const ChunkValues& anchors, uint32_t first, GroupRecord& group) const
     {
         clearBounds(group);

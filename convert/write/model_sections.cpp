@@ -45,7 +45,7 @@ Json optionsJson(const WriteOptions& options)
             {"sensitivity", sensitivityName(options.sensitivity)}};
 }
 
-// What SENS holds.
+// Facts of section SENS; null without one.
 Json sensitivityJson(const ManifestFacts& facts)
 {
     if (facts.sensitivity.empty())
@@ -128,7 +128,7 @@ Json encodingJson(const ModelParams& p)
             {"mlp", "float32 canonical, float32 and float16 packed"}};
 }
 
-// Of a file made from others: the checkpoint is theirs, and values may not be what they were.
+// Adds the facts of a file made from others: its checkpoint is theirs, and its values may differ from the checkpoint's.
 void tellFacts(const Json& facts, Json& manifest)
 {
     for (const auto& [name, fact] : facts.items())

@@ -12,7 +12,7 @@
 
 namespace gsc {
 
-// Of one model; chunks may be passed in from any thread. Keeps 4 bytes per anchor.
+// Samples the sensitivity of one model's anchors; chunks may be passed in from any thread. Keeps 4 bytes per anchor.
 class SensitivitySampler {
 public:
     // `params`: with the model's bounds. `rows`: those of the embedding that are kept; the first one counts.
@@ -24,7 +24,7 @@ public:
     double addChunk(int32_t level, std::span<const std::byte> payload, ChunkRecord& chunk,
                     std::span<GroupRecord> groups);
 
-    // What SENS holds, once all chunks were added.
+    // Records of section SENS, one for each anchor; complete once all chunks were added.
     [[nodiscard]] std::span<const AnchorSensitivity> records() const { return m_records; }
 
 private:

@@ -18,8 +18,8 @@ namespace gsc {
 std::vector<std::byte> buildNanoVdb(const LevelRecord& level, PositionEncoding encoding, std::span<LeafBuild> leaves,
                                     void (*check)());
 
-// An OpenVDB file of NanoVDB mask grids, each a whole grid that is known to be good, with its name and its map. The same
-// bytes for the same input: `id` takes the place of the random number that such a file has.
+// An OpenVDB file of NanoVDB mask grids, each a whole grid that is known to be good, with its name and its map. Equal
+// input gives equal bytes: `id` takes the place of the random number that such a file has.
 std::string openVdbFile(std::span<const std::byte* const> grids, uint64_t id, void (*check)());
 
 // World units: cells of a level are at least as large.

@@ -59,8 +59,8 @@ using WriteProgress = std::function<void(const char* stage, uint64_t done, uint6
 
 // Throws Error (Io, InvalidFile, OutOfMemory, Interrupted); then no output file and no temporary file is left.
 WriteReport writeGsc(const Checkpoint& checkpoint, const WriteOptions& options, const WriteProgress& progress);
-// The same with the anchors of `source` instead of those of the checkpoint's PLY. If ply_path and weight_paths are
-// empty the source hash is that of nothing.
+// Writes as writeGsc(), but the anchors of `source` instead of those of the checkpoint's PLY. If ply_path and
+// weight_paths are empty the source hash is that of nothing.
 WriteReport writeGscFrom(const Checkpoint& checkpoint, AnchorSource& source, const WriteOptions& options,
                          const WriteProgress& progress);
 

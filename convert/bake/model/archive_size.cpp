@@ -13,7 +13,7 @@ namespace gsc {
 
 namespace {
 
-// Of a chunk's streams, each of which lies in one array or in those of positions and sources.
+// Adds the bytes of a chunk's streams to `sizes`. Each stream lies in one array or in those of positions and sources.
 void addStreams(const GscView& view, const RawPart& part, const StoredPart& stored, StoredBytes& sizes)
 {
     const ChunkArrayLayout layout = chunkArrayLayout(*view.params, view.chunks[part.chunk].anchor_count);

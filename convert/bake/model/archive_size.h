@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an archive of a file would take, by what its bytes stand for.
+// Bytes of an archive that would be made of a file, by the kind of value that they store.
 #pragma once
 
 #include <gsc/gsc_file.h>
@@ -20,7 +20,7 @@ struct StoredBytes {
     [[nodiscard]] uint64_t anchors() const { return positions + scales + offsets + features + other_anchors; }
 };
 
-// Of a runtime file and of its archive.
+// Bytes of a runtime file and of its archive.
 struct BakeSizes {
     uint64_t file = 0;
     StoredBytes archive;

@@ -24,7 +24,8 @@ constexpr int kFinestStep = -20, kCoarsestStep = 8;
 constexpr double kSlotBits = 22, kAnchorBits = 260, kErrorPerBit = 0.1155;
 // Poses show less than visitors see. To what they measured comes what is likely missed, as a share of the median: least of a
 // slot that is not alive from any of their places; of one that is, the more, the more often it is and the fewer poses saw its
-// anchor. What none saw is worth as much as the seen of a rank. (Measured on trained models, with other poses than those.)
+// anchor. An anchor that none saw is worth as much as the seen one of rank kUnseenRank. (Measured on trained models,
+// with other poses than those.)
 constexpr double kDead = 1e-4, kAsleep = 2, kSeldom = 2, kAlways = 0.01, kUnseenRank = 0.6;
 
 float maskedOffset()
@@ -138,7 +139,7 @@ ReducedModel::ReducedModel(const ModelView& source, const Importance& importance
     m_unseen_place = of_places.at(kUnseenRank);
 }
 
-// Of a slot: what poses measured, and what they likely missed.
+// Importance of a slot: `measured` by the poses, and a prior for what they likely missed.
 double ReducedModel::worth(uint64_t anchor, uint32_t k, double measured, double median, double unseen) const
 {
     const uint32_t seen = m_importance.seen[anchor];
@@ -225,7 +226,7 @@ void ReducedModel::applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, cons
     put(kLeverScales, scale + 3, 3, weight * plan.costs.size, m_scale.get() + 6 * anchor + 3);
 }
 
-// What selection relies on: no scale of a group's anchors is above its bounds.
+// Renews the bounds of scales that selection relies on: no scale of a group's anchors is above the group's.
 void ReducedModel::boundChunk(uint32_t c)
 {
     ChunkRecord& chunk = m_chunks[c];

@@ -17,7 +17,7 @@ namespace gsc {
 
 class Workers;
 
-// What a bake may change to make a file smaller.
+// Changes that a bake may make so that a file gets smaller.
 enum Lever : uint32_t {
     kLeverSlots = 1u << 0,    // slots that add least are masked
     kLeverAnchors = 1u << 1,  // anchors that add least are left out
@@ -31,8 +31,8 @@ enum Lever : uint32_t {
 constexpr uint32_t kLevers = 8, kAllLevers = kLeverCompact - 1; // all that make only the archive smaller
 extern const char* const kLeverNames[kLevers];
 
-// What an error costs, per unit of importance: where a change of a value by x costs `x^2 * importance * factor` in summed
-// squared error. Of a feature, of a place, of the logarithm of a size, of a slot and of an anchor that are left out.
+// Factors of the cost of an error: a change of a value by x costs `x^2 * importance * factor` in summed squared error.
+// One each for a feature, a place, the logarithm of a size, and for a slot and an anchor that are left out.
 struct ErrorCosts {
     double feature = 0.02, place = 0.05, size = 0.05, slot = 0.2, anchor = 0.25;
 
@@ -54,7 +54,8 @@ public:
     ReducedModel(const ModelView& source, const Importance& importance, const Workers& workers,
                  std::span<const std::byte> weights, std::span<const std::byte> packed, ChunkRead read = {});
 
-    // Starts from the source again, unless it is as the plan says already. The same on any number of threads.
+    // Starts from the source again, unless it is as the plan says already. The result does not depend on the number of
+    // threads.
     void apply(const BakePlan& plan);
 
     [[nodiscard]] const ModelView& view() const { return m_view; }

@@ -50,12 +50,13 @@ public:
     // Poses that scores are of, in this order.
     void addPoses(const std::vector<Camera>& cameras);
     [[nodiscard]] const Camera& pose(size_t index) const { return m_shots[index].camera; }
-    // Draws what the poses [first, first + count) are held against, unless it is drawn. What scores them does so too.
+    // Draws the whole model from the poses [first, first + count), unless that is done. score() and measure() do so
+    // too.
     void drawWhole(size_t first, size_t count);
     [[nodiscard]] size_t undrawn(size_t first, size_t count) const; // of those
-    // Of the poses [first, first + count).
+    // Score of `model`, drawn from the poses [first, first + count), against the whole model.
     [[nodiscard]] SetScore score(const ModelView& model, size_t first, size_t count);
-    // The same of a file, with times.
+    // Score of a file as by score(), with times of its frames.
     [[nodiscard]] FileScore measure(std::shared_ptr<const Scene> file, size_t first, size_t count);
     // As an eye of a frame, with the options it is drawn with.
     [[nodiscard]] EyeParams eyeOf(const Camera& camera) const;

@@ -19,14 +19,14 @@ struct PoseLimits {
     uint32_t most_pixels = 1'000'000;               // of a picture: larger ones are drawn smaller
 };
 
-// Cameras in the order of their names, which is that of the capture where there is one. Of four that follow each other the
-// first and the third give weights, the second the search, the fourth the verdict. Poses on the way join them: weights take
-// one near each other camera, three fifths of the way to it from the nearest that gives weights; search and verdict take
-// those halfway from their cameras to the next. Over a limit, evenly spread ones are taken. Precondition: four cameras or
-// more, finished.
+// Cameras in the order of their names, which is that of the capture where there is one. Each four that follow each
+// other give: the first and the third weights, the second the search, the fourth the verdict. Poses on the way join
+// them: weights take one near each other camera, three fifths of the way to it from the nearest that gives weights;
+// search and verdict take those halfway from their cameras to the next. Over a limit, evenly spread ones are taken.
+// Precondition: four cameras or more, finished.
 [[nodiscard]] PoseSets splitPoses(std::vector<Camera> cameras, const PoseLimits& limits);
 
-// Of cameras with the same place and direction the first stays.
+// Keeps the first of cameras with the same place and direction.
 void leaveOutRepeats(std::vector<Camera>& cameras);
 
 // `share` of the way from one camera to another, as large as the first.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a bake has measured, in a file, so that one that was stopped goes on from there.
+// Measurements of a bake, in a file, so that a bake that was stopped goes on from there.
 //
 //   [StateHeader][facts][weight][place][seen][alive][checksum][score record]...
 //
@@ -25,7 +25,7 @@
 
 namespace gsc {
 
-// Of an open file; closes it.
+// Owns the descriptor of an open file, and closes it.
 struct Descriptor {
     explicit Descriptor(int opened) : fd(opened) {}
     Descriptor(Descriptor&& other) noexcept : fd(std::exchange(other.fd, -1)) {}
@@ -56,12 +56,12 @@ public:
     BakeState& operator=(BakeState&&) = delete;
     ~BakeState();
 
-    // Of the importance in the file; 0 = there is no file.
+    // Poses that the importance in the file was found from; 0 = there is no file.
     [[nodiscard]] uint32_t poses() const { return m_poses; }
     [[nodiscard]] const BakeSizes& before() const { return m_before; } // of the source; of a file that there is
     [[nodiscard]] bool hasScores() const { return !m_scores.empty(); } // that were found there and not taken
 
-    // What the file has, into arrays of the same sizes, without a copy. Precondition: poses() > 0. Throws
+    // Reads the file's importance straight into the arrays, which have its sizes. Precondition: poses() > 0. Throws
     // Error(InvalidFile, Io).
     void read(Importance& importance) const;
     // Whether so much time has passed that writing takes less than a hundredth of it.

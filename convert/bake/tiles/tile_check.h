@@ -8,8 +8,8 @@
 
 namespace gsc {
 
-// What decides the picture of an anchor is the same in both: parameters, networks, rows of the embedding. Throws
-// Error(Difference) that names the first field that is not.
+// Requires that parameters, networks and rows of the embedding, which decide the picture of an anchor, are equal in
+// both files. Throws Error(Difference) that names the first field that differs.
 void checkSameModel(const GscView& first, const std::string& first_name, const GscView& other,
                     const std::string& other_name);
 

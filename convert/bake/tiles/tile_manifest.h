@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a file says of itself that was cut from another or joined from several.
+// Manifest facts of a file that was cut from another or joined from several.
 #pragma once
 
 #include "convert/bake/tiles/tiles.h"
@@ -19,7 +19,7 @@ struct TileFacts {
     std::optional<CropBox> box;
 };
 
-// KnownSource::facts. Of all of a model cut and joined again they are those of the model.
+// KnownSource::facts. A model that was cut and joined again, whole, gets the facts it had before.
 [[nodiscard]] std::string tileFactsText(const TileFacts& facts);
 
 } // namespace gsc

@@ -49,7 +49,7 @@ public:
     }
 
 private:
-    // What the rows of a file are rows of.
+    // The model that the rows of a file belong to: the one it was cut from, else the file itself.
     static TileRecord originOf(const GscView& view)
     {
         return view.tile != nullptr ? *view.tile : TileRecord{view.header->header_checksum, view.header->anchor_count};

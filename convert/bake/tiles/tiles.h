@@ -12,7 +12,7 @@
 
 namespace gsc {
 
-// Of the world; its ends do not belong to it, so boxes side by side share no anchor.
+// Box in world units, from <= position < to on each axis: boxes side by side share no anchor.
 struct CropBox {
     std::array<double, 3> from{}, to{};
 };
@@ -41,8 +41,8 @@ struct TileReport {
 
 // Files that were cut from one model are joined in the order of its rows; others one after another. A file that was not cut
 // is a model of which it is the whole. Throws Error: Usage for a box that holds no anchor; Difference, naming file and
-// field, for files that are not of one model or share an anchor; as openGsc() and writeGsc(). Then no file is left. The same
-// bytes on any number of threads.
+// field, for files that are not of one model or share an anchor; as openGsc() and writeGsc(). Then no file is left.
+// Bytes do not depend on the number of threads.
 TileReport joinTiles(const TileOptions& options, const WriteProgress& progress);
 
 } // namespace gsc

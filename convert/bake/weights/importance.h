@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every slot (Gaussian of an anchor) adds to pictures: what a bake may leave out, and how coarse the rest may be.
+// Importance of every slot (Gaussian of an anchor) to pictures. It decides which slots a bake may leave out, and how
+// coarse the values of the others may be.
 #pragma once
 
 #include "convert/bake/weights/picture_bands.h"
@@ -39,11 +40,12 @@ public:
     ImportanceMeter(const ImportanceMeter&) = delete;
     ImportanceMeter& operator=(const ImportanceMeter&) = delete;
 
-    // At most kMostImportancePoses of each of both. Of `options` the level rule's, near_z and the appearance count.
+    // Adds the picture of a pose. Uses the level rule's fields, near_z and the appearance of `options`. At most
+    // kMostImportancePoses calls of each, this and lookFrom().
     void add(const EyeParams& eye, const FrameOptions& options);
     // Decodes every anchor from a place: which slots could be alive for someone who stands there?
     void lookFrom(const float (&centre)[3], int32_t appearance);
-    // What was found so far. What another meter of the same model had found may be put there, to go on from.
+    // Importance found so far. To go on from the result of another meter of the same model, assign it here.
     [[nodiscard]] Importance& found();
     [[nodiscard]] Importance take() &&;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the figures share: numbers in words, colours, widths of text, axes, legends. ES5 without DOM, after ECharts.
+// Parts that all figures use: numbers in words, colours, widths of text, axes, legends. ES5 without DOM, after ECharts.
 var gscParts = (function () {
   'use strict';
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What models cost at several qualities, as `gsc bake --curve` writes it: lines of gsc.curve/1.
+// Costs of models at several qualities, as `gsc bake --curve` writes them: lines of gsc.curve/1.
 #pragma once
 
 #include "runtime/records/report_parts.h"

@@ -14,7 +14,7 @@ namespace gsc {
 
 namespace {
 
-// Of equal images, or of no two frames in a row, there is nothing to be worse.
+// Changes without images (equal pictures, or no two frames in a row) are never the worse.
 void keepWorse(Accuracy::Changes& kept, const Accuracy::Changes& other)
 {
     if (other.images > 0 && (kept.images == 0 || other.max > kept.max))

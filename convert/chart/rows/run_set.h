@@ -35,9 +35,9 @@ std::optional<ChartRun> parseRunLine(std::string_view line, const std::string& w
 // Adds the lines of `text`; `path` names it in messages and notes. Throws Error(InvalidFile, Unsupported, Interrupted).
 void addRuns(std::string_view text, const std::string& path, RunSet& runs);
 // Makes one row of those that measure the same run (same model, backend, device, sources, label and configuration): the
-// one in the middle by median frame time, with the spread of all and the worst accuracy of all. Of two in the middle it
-// is the slower, with the means of their medians. A sweep never runs again what its file has, so repeats come from files
-// of their own. To be called once, after the last file.
+// one in the middle by median frame time, with the spread of all and the worst accuracy of all. An even number has two
+// in the middle: the slower is taken, with the means of their medians. A sweep never runs again what its file has, so
+// repeats come from files of their own. To be called once, after the last file.
 void foldRepeats(RunSet& runs);
 
 } // namespace gsc

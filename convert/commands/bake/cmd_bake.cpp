@@ -96,7 +96,7 @@ std::vector<double> parseTargets(const std::string& name, const std::string& tex
     return targets;
 }
 
-// What only a search can do.
+// Refuses options that only a search uses.
 void refuseWithoutTarget(const BakeCommand& command)
 {
     const BakeOptions &bake = command.bake, none;
@@ -176,7 +176,7 @@ TileReport makeTile(const TileOptions& options, Reporter& report)
     return result;
 }
 
-// What is to be baked, as one file.
+// Path of the one file to bake: the input, or the tile that is made first.
 std::string wholeFile(const BakeCommand& command, Workplace& workplace, Reporter& report)
 {
     const std::vector<std::string> files = filesOf(command, false, workplace, report);

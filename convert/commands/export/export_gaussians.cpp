@@ -149,7 +149,7 @@ void warnOfReaders(uint64_t gaussians, const GaussianExportOptions& options, Rep
                                     formatCount(options.spz_most).c_str(), (unsigned long long)options.spz_most));
 }
 
-// What a viewer gets of the file: `set`, or where the format rounds, what was written.
+// Replaces `set` by the values that a viewer reads from `written`, where the format rounds; else leaves it.
 void readRounded(GaussianSet& set, const GaussianExportOptions& options, std::span<const std::byte> written)
 {
     const auto read = options.to == GaussianFileFormat::Spz   ? readGaussianSpz

@@ -32,7 +32,7 @@ struct GaussianExportOptions {
     bool overwrite = false;
 };
 
-// What pictures of the exported file differ by from `exact`.
+// Difference of the exported file's pictures from those of tier `exact`.
 struct GaussianLoss {
     uint64_t cameras = 0;
     double psnr = 0, worst_psnr = 0, ssim = 0; // dB, pooled and of the worst; mean

@@ -21,14 +21,14 @@ const SectionEntry* findSection(const GscView& view, uint32_t type)
     return found != view.sections.end() ? &*found : nullptr;
 }
 
-// What the manifest says of the MLPs, as the converter wrote it; empty if it does not.
+// The manifest's facts of the MLPs, as the converter wrote them; an empty array without any.
 Json mlpsOf(const Json& manifest)
 {
     static const Json::json_pointer kPlace("/model/mlps");
     return manifest.is_object() && manifest.contains(kPlace) ? manifest[kPlace] : Json::array();
 }
 
-// What a manifest has at a place, which may be anything.
+// Text of a manifest's value, which may be of any type.
 std::string wordOf(const Json& value)
 {
     return value.is_string() ? value.get<std::string>() : value.dump(-1, ' ', false, Json::error_handler_t::replace);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `gsc info --at X,Y,Z` tells.
+// Output of `gsc info --at X,Y,Z`.
 #pragma once
 
 #include "convert/commands/command.h"

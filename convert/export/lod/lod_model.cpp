@@ -14,7 +14,7 @@ namespace gsc {
 
 namespace {
 
-// Of each level but the stand-ins, the finest first: the finest of the model's own levels in it.
+// The exported levels but the stand-ins, finest first. Each entry is the finest of the model's own levels in it.
 std::vector<uint16_t> ownLevels(const GaussianSet& set)
 {
     std::vector<size_t> counts; // of the model's levels, from the coarsest to each

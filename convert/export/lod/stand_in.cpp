@@ -16,7 +16,8 @@ namespace {
 
 constexpr double kThinnest = 1e-4; // axis, of the longest
 
-// What a convex body covers, averaged over all directions, goes with its surface; this does so too for a box.
+// Area that a Gaussian covers, averaged over all directions, up to a factor: a convex body's goes with its surface, as
+// this sum does for a box.
 double areaOf(const double (&deviation)[3])
 {
     return deviation[0] * deviation[1] + deviation[1] * deviation[2] + deviation[2] * deviation[0];

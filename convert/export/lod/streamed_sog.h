@@ -28,7 +28,7 @@ std::vector<size_t> writeStreamedSog(const GaussianSet& set, const LodModel& mod
 
 using NamedFileReader = std::function<std::vector<std::byte>(const std::string& name)>;
 
-// What a viewer reads of one level. `name` is used in messages. Throws Error(InvalidFile).
+// Gaussians as a viewer reads them of one level. `name` is used in messages. Throws Error(InvalidFile).
 GaussianSet readStreamedSog(const NamedFileReader& read, size_t level, const std::string& name);
 
 } // namespace gsc

@@ -17,8 +17,8 @@ struct Codebook {
     [[nodiscard]] uint8_t nearest(float value) const;
 };
 
-// Of least squared error, by Lloyd's rule from cells of equal error (of a width that falls with the cube root of the
-// density: Panter and Dite 1951). Precondition: finite, not empty.
+// Makes the codebook of least squared error, by Lloyd's rule from cells of equal error (their width falls with the cube
+// root of the density: Panter and Dite 1951). Precondition: finite, not empty.
 Codebook makeCodebook(std::vector<float> numbers);
 
 // Vectors of `size` floats one after the other.

@@ -42,7 +42,7 @@ uint8_t byteOf(float part)
     return uint8_t(std::lround(255 * std::clamp(part, 0.0f, 1.0f)));
 }
 
-// Which three of w x y z are stored where the largest is not.
+// Indices of the three of w x y z that are stored, by the index of the largest, which is not stored.
 constexpr size_t kOthers[4][3] = {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}};
 
 void packRotation(const float* q, uint8_t* pixel)

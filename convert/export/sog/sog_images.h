@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a SOG holds, whether it is a zip or a folder: meta.json and the images that it names.
+// Content of a SOG, whether it is a zip or a folder: meta.json and the images that it names.
 #pragma once
 
 #include "convert/export/gaussian_set.h"

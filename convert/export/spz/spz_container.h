@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lies around the values of an SPZ file, which are six streams of bytes.
+// Container of an SPZ file, around the six streams of bytes that hold its values.
 //
 //   version 3   one gzip frame: a header of 16 bytes, then the streams
 //   version 4   a header of 32 bytes as it is, then two 64-bit numbers per stream (its bytes in the file and unpacked), then

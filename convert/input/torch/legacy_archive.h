@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What torch.save wrote before PyTorch 1.6, the format of torchvision's published weights: pickles of a magic number, a
-// version, facts of the machine, the object itself and the keys of its storages, then the storages, each a count and
-// its elements.
+// Archives that torch.save wrote before PyTorch 1.6, the format of torchvision's published weights: pickles of a magic
+// number, a version, facts of the machine, the object itself and the keys of its storages, then the storages, each a
+// count and its elements.
 #pragma once
 
 #include "convert/input/torch/pickle_machine.h"

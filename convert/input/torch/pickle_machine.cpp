@@ -17,7 +17,7 @@ constexpr size_t kMaxGlobal = 512; // characters of a module or class name
 constexpr size_t kMaxDimensions = 8;
 constexpr uint64_t kMostProtocol = 5;
 
-// What PyTorch before 0.4 wrote, and with it the weights of torchvision's first models.
+// Globals that PyTorch before 0.4 wrote: the weights of torchvision's first models have them.
 constexpr std::string_view kOldTensor = "torch._utils _rebuild_tensor";
 constexpr std::string_view kOldParameter = "torch.nn.parameter Parameter";
 
@@ -119,7 +119,7 @@ private:
             unsupported("a call of '" + function + "'");
     }
 
-    // Of a list of [key, value], as Python 2 has it.
+    // Pushes a dictionary of a list of [key, value], which is how Python 2 pickles one.
     void pushDictOf(const std::vector<uint32_t>& pairs)
     {
         PickleValue dict{PickleKind::Dict, 0, 0, {}, {}};

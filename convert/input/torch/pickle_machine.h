@@ -58,7 +58,7 @@ struct PickleGraph {
 // does not: a protocol, an opcode, a global, more values than there are of use).
 PickleGraph loadPickle(std::span<const std::byte> bytes, const std::string& name);
 
-// The same of a pickle with more behind it; `bytes` becomes what is behind it.
+// Loads the pickle that `bytes` begins with, as loadPickle(); `bytes` becomes the rest behind it.
 PickleGraph takePickle(std::span<const std::byte>& bytes, const std::string& name);
 
 } // namespace gsc

@@ -18,8 +18,8 @@ namespace gsc {
 constexpr const char* kActivationClasses[] = {nullptr, "Tanh", "Sigmoid", "Softmax"}; // of each Activation
 
 struct NamedTensor {
-    // Dotted path of attribute names or keys, such as "0.weight" or "opacity_mlp.0.weight". What wraps a network and
-    // computes the same, such as "module" of DistributedDataParallel, is left out.
+    // Dotted path of attribute names or keys, such as "0.weight" or "opacity_mlp.0.weight". Names of wrappers that do
+    // not change the result, such as "module" of DistributedDataParallel, are left out.
     std::string name;
     std::vector<uint64_t> shape; // row-major, contiguous
     std::vector<float> values;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The folder of a sample or a city. What else lies in one is somebody's work: a .gsc, renderings, notes.
+// Folder of a sample or a city. Other files in it are somebody's work: a .gsc, renderings, notes.
 #pragma once
 
 #include "format/file/new_folder.h"

@@ -27,7 +27,7 @@ std::string octreeArguments(const TrainingArguments& arguments);
 // Upstream's order and keys; the ids are the indices.
 std::string camerasJson(const std::vector<SourceCamera>& cameras);
 
-// A trajectory of schemas/trajectory.schema.json. What is zero, empty or -1 is left out.
+// A trajectory of schemas/trajectory.schema.json. Fields that are zero, empty or -1 are left out.
 struct CameraPath {
     std::string name;        // of the file too
     double fps = 0, ipd = 0; // ipd in world units

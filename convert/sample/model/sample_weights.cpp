@@ -71,7 +71,7 @@ void watchSides(Mlp& mlp, uint32_t first, uint32_t direction, float factor)
     }
 }
 
-// What a hidden unit makes of distance and level, where the model takes them.
+// Sets a hidden unit's weights of distance and level, where the model takes them.
 void watchDistance(Mlp& mlp, uint32_t unit, const Columns& in, const SampleInputs& inputs, float distance, float level)
 {
     if (inputs.distance)

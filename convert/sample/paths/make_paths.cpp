@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// What --ipd or the file says; units 0 = neither does.
+// The metre that --ipd or the file states; units 0 = neither states one.
 Metre metreOf(const GscView& view, const PathsOptions& options)
 {
     if (options.ipd.value > 0 && options.ipd.unit == LengthUnit::World)

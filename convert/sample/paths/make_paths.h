@@ -16,7 +16,8 @@ struct PathsOptions {
     uint32_t width = 2048, height = 2048; // pixels
     double fov_x = 0.5 * kPi;             // radians
     double fps = 0;                       // as in modelPaths()
-    // Of the eyes. World units say how large the metre is: kEyesApart of one; else it is the file's, or derived.
+    // Distance of the eyes. In world units it sets the metre, of which it is kEyesApart; else the metre is the file's,
+    // or derived.
     Length ipd;
     std::vector<std::string> only;
     bool overwrite = false;

@@ -30,13 +30,13 @@ public:
 
     // Share of the well-seen anchors in the image of `place`, 0..1; nearer ones than the near plane do not count.
     [[nodiscard]] double share(const Place& place) const;
-    // The same where photographs show the anchors from that side, less the more anchors crowd round the eye and close
-    // before it.
+    // share(), higher where photographs show the anchors from that side, lower the more anchors crowd round the eye and
+    // close before it.
     [[nodiscard]] double worth(const Place& place) const;
 
     // About `metres` long, among the cameras; of an aerial model above the ground at eye height.
     [[nodiscard]] Walk walk(double metres) const;
-    // The same, through as many anchors as there are on a way of that length.
+    // A walk as walk(), through as many anchors as there are on a way of that length.
     [[nodiscard]] Walk walkThrough(double metres) const;
     // `width` degrees wide, as the cameras see the target.
     [[nodiscard]] Arc arc(double width) const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What surfaces look like, averaged over the width of one Gaussian so that no detail is finer than what carries it.
+// Looks of surfaces, averaged over the width of one Gaussian so that no detail is finer than what carries it.
 #pragma once
 
 #include "convert/sample/scenes/scene.h"
@@ -21,7 +21,7 @@ dvec3 skyColor(dvec3 d, uint64_t seed);
 
 // Box-filtered pattern that is one in [a, b) of every unit and zero elsewhere: mean over [x - w/2, x + w/2].
 double pulse(double x, double a, double b, double w);
-// The same for a single interval.
+// Box-filtered pattern that is one in the single interval [a, b) and zero elsewhere: mean over [x - w/2, x + w/2].
 double band(double x, double a, double b, double w);
 
 // Interior of the room (materials_room.cpp).

@@ -22,7 +22,7 @@ const V = {
 };
 const column = (camera, i) => camera.rotation.map(row => row[i]);
 
-// What the file says.
+// Shows the facts of the file.
 function fill() {
   element("name").textContent = model.name;
   const { count, sh_degree, fit_cameras, loss } = model.gaussians, facts = [];
@@ -194,7 +194,8 @@ function listen() {
   };
 }
 
-// Of half the angles, vertically and across: pixels have the camera's shape, and the whole of its picture is in sight.
+// Tangents of half the angles, vertically and across: pixels have the camera's shape, and the whole of its picture is
+// in sight.
 function tangents() {
   const camera = model.cameras[eye.camera], x = Math.tan(camera.fov_x / 2), y = Math.tan(camera.fov_y / 2);
   const aspect = canvas.clientWidth / canvas.clientHeight * (x / camera.width) / (y / camera.height);
