@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fails unless every Error says of what, what was found, what was expected and what to do (format/include/gsc/error.h).
 
-Looks at the string literals of each construction of an Error, those of both sides of a ?: together. What a function
-that only throws one (marked noreturn, or a lambda that starts with throw) does not say, the literals of each call of it
-have to. Takes another source tree as its argument."""
+Looks at the string literals of each construction of an Error, those of both sides of a ?: together. A function
+that only throws one (marked noreturn, or a lambda that starts with throw) may leave parts out that the literals of each
+call of it have. Takes another source tree as its argument."""
 import re
 import sys
 from pathlib import Path

@@ -12,8 +12,8 @@ every test once without a change, sees which changes that test reaches with oper
 runs for each change those tests, the quickest first, until one fails. It continues where --out ends; --retry runs the
 survivors again, after tests were added and built. `report` prints how many were noticed. A change that does not
 compile goes by `insert --without ID,ID`, after a `git checkout` of the folders. One that nothing can notice is listed
-in mutate_equivalent.txt with the reason. What only reads or writes out of bounds is noticed under a sanitizer alone:
-preset dev, `run --retry --memory 0 --build build/dev`.
+in mutate_equivalent.txt with the reason. A change that only reads or writes out of bounds is noticed under a sanitizer
+alone: preset dev, `run --retry --memory 0 --build build/dev`.
 
 A line of --out is {"id", "area", "file", "line", "before", "after", "result", "by"}; results are noticed, survived,
 unreached (survived: no test differs there) and invalid (does not compile for the types in question).

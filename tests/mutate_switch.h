@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What mutate.py writes into the sources of a clone: every change is there from one build on, and GSC_MUTANT names the
-// one that is in force. A byte for each change tells what a program saw of it, in the file named by GSC_MUTANTS_SEEN.
+// Switches that mutate.py writes into the sources of a clone: every change is there from one build on, and GSC_MUTANT
+// names the one that is in force. A byte for each change tells what a program saw of it, in the file named by
+// GSC_MUTANTS_SEEN.
 #include <concepts>
 #include <cstddef>
 #include <cstdlib>

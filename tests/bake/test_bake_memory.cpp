@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a bake holds in memory grows with the anchors, and by no more than is written down here.
+// Memory of a bake grows with the anchors, by no more than the bounds here.
 #include "convert/bake/bake.h"
 #include "convert/write/write_gsc.h"
 #include "sample/sample_tools.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is cut and joined again is the same file, and what cannot be joined is refused by name.
+// Tiles that are cut and joined again give the same file, and files that cannot be joined are refused by name.
 #include "convert/bake/bake.h"
 #include "convert/bake/tiles/tiles.h"
 #include "convert/write/write_gsc.h"
@@ -61,7 +61,7 @@ struct Model {
     ScratchFolder folder;
 };
 
-// What the message of joining them says; empty if they were joined.
+// Message of the Error that joining them throws; empty if they were joined.
 std::string refusal(const Model& model, const std::vector<std::string>& names, ErrorCode expected,
                     const std::optional<CropBox>& crop = {})
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What archives cost: bytes an anchor, and megabytes of runtime file per second that one thread packs and unpacks.
+// Costs of archives: bytes an anchor, and megabytes of runtime file per second that one thread packs and unpacks.
 //
 //   bench_archive FILE.gsc...      runtime files; each is packed into the folder for temporary files
 //

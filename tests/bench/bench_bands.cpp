@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a band of an image takes of what the whole takes, at 2, 4 and 8 bands: the share of the anchors that are decoded, of
-// the Gaussians on screen and of the time, in the mean over the bands and of the band that takes most. First of bands of
-// about the same width, then where a renderer service cuts: balanced by what bands of the same picture took before. The
-// band that takes most is what so many devices would wait for.
+// Cost of a band of an image as a share of the whole's, at 2, 4 and 8 bands: the share of the anchors that are decoded,
+// of the Gaussians on screen and of the time, in the mean over the bands and of the band that takes most. First of
+// bands of about the same width, then where a renderer service cuts: balanced by what bands of the same picture took
+// before. The band that takes most is what so many devices would wait for.
 //
 //   bench_bands FILE.gsc [size = 1024] [frames = 20] [backend = cpu] [horizontal angle = 90]
 //

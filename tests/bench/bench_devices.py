@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What several devices gain over one: rate, latency, what mode auto loses, and how fast the elastic loop answers.
+"""Gain of several devices over one: rate, latency, loss of mode auto, and how fast the elastic loop answers.
 
 usage: bench_devices.py GSC_PLAY MODEL.gsc CAMERAS.json [--devices cuda:0,cuda:1] [--zoom-out CAMERAS.json
        [--keep FOLDER]] [--out FILE.json]

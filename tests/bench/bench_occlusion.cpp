@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a stop by tiles could save at most (occlusion: design section 4). A tile of 16 x 16 pixels is finished where the
+// Most that a stop by tiles could save (occlusion: design section 4). A tile of 16 x 16 pixels is finished where the
 // rasteriser's own stop has ended all of its pixels. Pairs of a tile and a Gaussian behind that place need no sort, and an
 // anchor all of whose pairs are behind it, in both eyes, need not have been decoded; nor a group of 128 such anchors. A
 // frame can use less of it: it learns where tiles finish while it draws. Runs on the CPU, in fp32.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What it costs to bring two eyes of a GPU to images of its Vulkan, without a window: hand-over and copy, warm, and whether
+// Cost of bringing two eyes of a GPU to images of its Vulkan, without a window: hand-over and copy, warm, and whether
 // every pixel arrives.
 //
 // usage: bench_present MODEL.gsc [WIDTHxHEIGHT] [FRAMES]

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the renderer interface costs beside the device's own time: one renderer, then one on each of several devices at
-// once, each with a thread of its own, two frames in flight. And what a target costs: bytes on the device, bytes for the
-// host, and one that takes depths too.
+// Time that the renderer interface costs beside the device's own: one renderer, then one on each of several devices at
+// once, each with a thread of its own, two frames in flight. And the time that a target costs: bytes on the device,
+// bytes for the host, and one that takes depths too.
 //
 //   bench_renderers FILE.gsc [devices = 1] [frames = 300] [backend = cuda]
 //

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What view sensitivities are worth on a real model: how long they take and how often they hold.
+// Worth of view sensitivities on a real model: how long they take and how often they hold.
 //   bench_sensitivity FILE.gsc [ANCHORS]
 // Takes ANCHORS (4000) anchors, each with a random camera of the file, turns the view direction by 0.5 and by 1 degree
 // towards a random side and compares what changes (drawnChangeReference) with sensitivity times chord.

@@ -13,7 +13,7 @@ namespace gsc {
 
 // Policy none, tier fast, two frames of equal images at 4 ms, trajectory walk.
 nlohmann::json plainRun();
-// The same with another policy, median and accuracy in all three forms; null = equal.
+// plainRun() with another policy, another median, and PSNR `psnr` in all three forms of accuracy; null = equal.
 nlohmann::json runOf(const std::string& policy, double ms, const nlohmann::json& psnr);
 ChartRun parsed(const nlohmann::json& line); // throws what parseRunLine() throws
 std::vector<ChartRun> hostileRuns();         // two of one trajectory, with names that try to be markup

@@ -30,7 +30,8 @@ struct Text {
     std::string words;
 };
 
-// What starts at the left, as wide as a wide font (DejaVu Sans, where a browser finds no other) makes it.
+// Texts of a figure, each from its left end, as wide as a wide font (DejaVu Sans, where a browser finds no other) makes
+// it.
 std::vector<Text> textsOf(const std::string& svg)
 {
     std::vector<Text> texts;

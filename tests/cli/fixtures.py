@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the command line cases work on: good models made by gsc itself, and tiny folders as other trainers leave them."""
+"""Inputs of the command line cases: good models made by gsc itself, and tiny folders as other trainers leave them."""
 import io
 import json
 import os
@@ -33,9 +33,9 @@ def models(gsc, data):
 
 
 def small_models(gsc, play, data):
-    """What the tables of command lines work on: scaffold/ and octree/ of a thousand anchors with their .gsc files, the
-    first of one level; damaged.gsc, cut.gsc, future.gsc; path.json with 12 frames, transforms.json; sweep.json; run.jsonl,
-    bench.jsonl; note.txt."""
+    """Makes the inputs of the tables of command lines: scaffold/ and octree/ of a thousand anchors with their .gsc
+    files, the first of one level; damaged.gsc, cut.gsc, future.gsc; path.json with 12 frames, transforms.json;
+    sweep.json; run.jsonl, bench.jsonl; note.txt."""
     _gsc(gsc, "sample", "room", "--anchors", 1000, "--seed", 1, "-o", data / "scaffold")
     _gsc(gsc, "sample", "street", "--anchors", 1000, "--model", "octree", "--seed", 2, "-o", data / "octree")
     _gsc(gsc, "sample", "street", "--anchors", 1000, "--model", "octree", "--everything-on", "-o", data / "full")

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // How the emulation runs a grid: block after block, every thread of a block a fiber. A fiber runs until it must wait for
-// others, so what a kernel leaves unsynchronised comes out in an order that the seed decides (GSC_EMULATION_SEED). What
-// CUDA leaves undefined ends the program with a message: waiting for a lane that has left, lanes of a warp that wait for
-// each other at different places, a shuffle from a lane not named, a barrier that can never be complete.
+// others, so what a kernel leaves unsynchronised comes out in an order that the seed decides (GSC_EMULATION_SEED).
+// Undefined behaviour of CUDA ends the program with a message: waiting for a lane that has left, lanes of a warp that
+// wait for each other at different places, a shuffle from a lane not named, a barrier that can never be complete.
 #pragma once
 
 #include "tests/cuda_emulation/vector_types.h"

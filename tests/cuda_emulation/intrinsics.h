@@ -316,7 +316,7 @@ inline float __fmul_rn(float a, float b)
 {
     return a * b; // contraction is off in every translation unit
 }
-// Of a sum that is positive, toward zero. A double holds it but for what is far below the last bit of the result.
+// Sum rounded toward zero, if it is positive. A double holds it but for what is far below the last bit of the result.
 inline float __fadd_rz(float a, float b)
 {
     const double sum = double(a) + double(b);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the emulated runtime's two halves share: work on a stream is done at once, or becomes a node of a graph.
+// Parts that both halves of the emulated runtime use: work on a stream is done at once, or becomes a node of a graph.
 #pragma once
 
 #include "tests/cuda_emulation/kernel_call.h"

@@ -62,7 +62,7 @@ __global__ void multiplyKernel(const uint16_t* left, const uint16_t* right, floa
         product[(g + 8 * (i / 2)) * 8 + 2 * t + i % 2] = d[i];
 }
 
-// What a thread finds of its neighbour's, with and without a barrier between.
+// Finds the value that a thread of another warp wrote, with and without a barrier between.
 __global__ void neighbourKernel(uint32_t* found, bool synchronised)
 {
     auto* values = reinterpret_cast<uint32_t*>(gsc_emulation::dynamicShared());

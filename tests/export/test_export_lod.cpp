@@ -28,7 +28,7 @@ std::vector<uint32_t> firstNumbers(size_t count)
     return numbers;
 }
 
-// What it stops of the light, as stand-ins count it.
+// Light that Gaussian `i` stops, as stand-ins count it.
 double stopped(const GaussianSet& set, size_t i)
 {
     const auto s = [&](size_t c) { return std::exp(double(set.log_scale[3 * i + c])); };

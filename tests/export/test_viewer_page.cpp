@@ -25,7 +25,7 @@ size_t occurrences(const std::string& text, const std::string& word)
     return count;
 }
 
-// What stands between the two, once.
+// Text between `before`, which occurs once, and the next `after`.
 std::string between(const std::string& text, const std::string& before, const std::string& after)
 {
     REQUIRE(occurrences(text, before) == 1);

@@ -13,7 +13,8 @@
 
 namespace gsc::test {
 
-// Exit code of `action` in a child, or minus the signal that ended it. What it prints goes to `stream` of the child.
+// Exit code of `action` in a child, or minus the signal that ended it. Appends the child's output on `stream` to
+// `printed`, if given.
 inline int inChild(const std::function<int()>& action, std::string* printed = nullptr, int stream = STDERR_FILENO)
 {
     int ends[2];

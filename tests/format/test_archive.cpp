@@ -75,7 +75,7 @@ Decoded decode(std::span<const std::byte> bytes, int threads = 2)
     return result;
 }
 
-// What a change of an archive is found as, its other checksums being right.
+// Issues that a changed archive is found to have, after its checksums were made right again.
 std::set<uint16_t> found(const Bytes& archive, const std::function<void(Bytes&)>& change)
 {
     Bytes bytes = archive;

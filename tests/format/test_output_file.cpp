@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every output promises: links, modes, leftovers of killed programs, lines that stay whole.
+// Promises of every output: links, modes, leftovers of killed programs, lines that stay whole.
 #include "tests/format/in_child.h"
 #include "tests/format/scratch_dir.h"
 

@@ -79,7 +79,7 @@ struct TinySection {
 // Lays sections out behind a header and seals the whole.
 std::vector<std::byte> assembleGsc(FileHeader header, std::vector<TinySection> sections);
 
-// The same file taken apart, to change the set or the order of its sections.
+// Takes a file apart, to change the set or the order of its sections.
 std::vector<TinySection> takeApart(std::span<std::byte> file);
 
 // Makes every checksum true again after a change: payloads, sections, header. Safe on any bytes: what does not lie in

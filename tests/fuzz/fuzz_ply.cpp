@@ -54,7 +54,7 @@ private:
     int m_fd;
 };
 
-// What readCheckpoint() does with a PLY before it looks at any other file.
+// Reads a PLY as readCheckpoint() does before it looks at any other file.
 void readModel(const uint8_t* data, size_t size)
 {
     const MemoryFile file(data, size);

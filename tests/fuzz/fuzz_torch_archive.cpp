@@ -35,7 +35,7 @@ std::string text(const std::vector<std::byte>& bytes)
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// Of PyTorch before 1.6: one tensor, and one that is a parameter.
+// File of PyTorch before 1.6 with one tensor, or with one parameter.
 std::string legacyFile(bool parameter)
 {
     gsc::test::OldFile file;

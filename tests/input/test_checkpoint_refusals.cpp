@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What cannot be represented exactly is refused, with a message that names what was found and what to do.
+// Checkpoints that cannot be represented exactly are refused, with a message that names what was found and what to do.
 #include "convert/input/input_file.h"
 #include "convert/input/torch/torch_archive.h"
 #include "convert/input/torch/zip_archive.h"

@@ -93,7 +93,7 @@ Bytes bytesOf(const std::string& text)
     return {first, first + text.size()};
 }
 
-// The same members in an archive that zip tools would write, with `method`.
+// Archive of the members as zip tools would write it, packed with `method`.
 Bytes zipped(const Members& members, zip_int32_t method)
 {
     zip_error_t error;

@@ -11,7 +11,7 @@
 
 namespace gsc::test {
 
-// What the targets of a frame hold, and 0x5a where nothing was written.
+// Bytes of the targets of a frame, 0x5a where nothing was written.
 struct BandPicture {
     std::vector<std::vector<unsigned char>> pixels, depths; // per eye, with gaps behind the rows
     FrameResult result;
@@ -50,7 +50,7 @@ inline bool isBandOf(const std::vector<unsigned char>& band, const std::vector<u
     return wrong == 0;
 }
 
-// Of pictures of three floats a pixel: those of the columns.
+// Cuts the columns out of a picture of three floats a pixel.
 inline std::vector<float> columnsOf(const std::vector<float>& pixels, uint32_t width, const ColumnRange& columns)
 {
     std::vector<float> cut;

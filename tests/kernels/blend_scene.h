@@ -12,7 +12,7 @@ struct Size {
     uint32_t width, height;
 };
 
-// What a frame is drawn from, before it is cut into passes.
+// Input of blending a frame, before it is cut into passes.
 template <typename Splat>
 struct BlendScene {
     std::vector<Size> eyes;
@@ -38,7 +38,7 @@ BlendScene<Splat> emptyScene(const std::vector<Size>& eyes, uint32_t bin_height,
 template <typename Splat>
 void addSplat(BlendScene<Splat>& scene, uint32_t eye, const Ellipse& ellipse);
 
-// Of a splat, in double: covariance along x and y, and upstream's radius before it is rounded up.
+// Size of a splat, in double: covariance along x and y, and upstream's radius before it is rounded up.
 struct Spread {
     double xx, yy, radius;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What frames with FrameOptions::detail must hold, whatever backend draws them.
+// Checks of frames with FrameOptions::detail, for every backend.
 #pragma once
 
 #include "tests/kernels/false_colour_tools.h"

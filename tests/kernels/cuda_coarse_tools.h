@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of FrameOptions::detail on a GPU draw, and hold it against.
+// Scenes of the tests of FrameOptions::detail on a GPU, and pictures to compare with.
 #pragma once
 
 #include "tests/kernels/reuse_tools.h"
@@ -122,7 +122,7 @@ inline double psnr(const Image<float>& a, const Image<float>& b)
     return compare(a.pixels, b.pixels).psnr;
 }
 
-// What a number is, where a person wants to see it.
+// Prints the values as a message, if GSC_TEST_VERBOSE is set.
 template <typename... Values>
 void tell(const Values&... values)
 {

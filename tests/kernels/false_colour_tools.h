@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a view in false colours must show, whatever renderer draws it.
+// Checks of a view in false colours, for every renderer.
 #pragma once
 
 #include "kernels/present/false_colour.h"
@@ -97,7 +97,7 @@ inline void checkSwitching(Renderer& plain, Renderer& switching, const FrameOpti
 }
 
 // Over white a pixel is brighter than over black by the light that goes on behind it: that is the same in the picture and
-// in the view. What is left is a mixture of the levels' colours; of a model of one level, that level's alone.
+// in the view. The rest of a pixel is a mixture of the levels' colours; in a model of one level, that level's alone.
 inline void checkLevels(Renderer& renderer, const ModelView& model, const std::vector<EyeParams>& eyes,
                         FrameOptions options, float slack = 2e-6f)
 {

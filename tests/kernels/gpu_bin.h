@@ -24,7 +24,7 @@ Places emptyPlaces(const BinGrid& grid, uint32_t eye_count, uint32_t slots, uint
 // Boxes of one bin, of a few, of the whole grid, and none, at random.
 Places randomPlaces(const BinGrid& grid, uint32_t eye_count, uint32_t slots, uint32_t slot_capacity, uint32_t seed);
 
-// What the cells of places hold.
+// Content that the cells of places must have.
 struct Expected {
     std::vector<std::vector<std::pair<uint32_t, uint32_t>>> cells; // slot, depth; sorted
     std::vector<uint32_t> counts, ends;

@@ -44,8 +44,8 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_
 template <typename Splat>
 void checkPixels(const BlendScene<Splat>& scene, const Drawn& drawn, double usual_bound);
 
-// Of checkPixels(). The tier `fast` rounds every exponent by 1e-5 at most (blend_scene.cpp), and the bound assumes that all these
-// errors have the same sign.
+// Bound for checkPixels(). The tier `fast` rounds every exponent by 1e-5 at most (blend_scene.cpp), and the bound
+// assumes that all these errors have the same sign.
 template <typename Splat>
 constexpr double kUsualBound = std::is_same_v<Splat, PackedSplat> ? 6e-5 : 3e-5;
 

@@ -13,7 +13,7 @@ namespace gsc::test {
 
 namespace {
 
-// What a splat says, in the reference's units.
+// Values of a splat, in the reference's units.
 struct Plain {
     double conic[3], opacity, color[3];
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of the CUDA stages share: a model on the device, and the host's view of what stages hand on.
+// Tools of the tests of the CUDA stages: a model on the device, and the host's view of what stages hand on.
 #pragma once
 
 #include "runtime/cuda/device/device_scene.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of a GPU's backend share.
+// Tools of the tests of a GPU's backend.
 #pragma once
 
 #include "tests/kernels/render_tools.h"

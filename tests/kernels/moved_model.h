@@ -102,7 +102,7 @@ inline Camera movedCamera(Camera camera, const double (&by)[3])
     return camera;
 }
 
-// What lookAt() looks with, in double.
+// Camera of lookAt(), in double.
 inline Camera cameraAt(float x, float z, uint32_t width, uint32_t height)
 {
     const float position[3] = {x, 0.3f, z}, target[3] = {0.1f, -0.2f, 0.3f};

@@ -78,7 +78,7 @@ inline Image<double> render64(const ModelView& model, const EyeParams64& eye, co
     return image;
 }
 
-// What a target holds of a picture, and `fill` in the rest of its rows.
+// Bytes of a target that holds the picture, with `fill` behind the pixels of each row.
 inline std::vector<unsigned char> inTarget(const std::vector<float>& picture, uint32_t width, PixelFormat format,
                                            size_t pitch, unsigned char fill)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What tests of reuse draw, on a CPU and on a GPU.
+// Scenes of the tests of reuse, on a CPU and on a GPU.
 #pragma once
 
 #include "tests/kernels/render_tools.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of reuse on a GPU draw, and hold it against.
+// Scenes of the tests of reuse on a GPU, and pictures to compare with.
 #pragma once
 
 #include "tests/kernels/gpu_tools.h"

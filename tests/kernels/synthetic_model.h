@@ -23,7 +23,7 @@ struct SyntheticAnchors {
     [[nodiscard]] size_t count() const { return level.size(); }
 };
 
-// What a random model is made of.
+// Sizes and properties of a random model.
 struct SyntheticOptions {
     uint32_t anchors = 500;
     uint32_t feat_dim = 32;

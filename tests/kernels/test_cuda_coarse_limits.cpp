@@ -153,7 +153,8 @@ TEST_CASE("coarse: where there is little room, copies that are out of sight go f
 
 namespace {
 
-// Of pictures of one path: decibels of all together, and how much their errors change from one to the next, 1/255.
+// Rating of the pictures of one path: decibels of all together, and how much their errors change from one to the next,
+// 1/255.
 struct Played {
     double psnr, flicker;
 };

@@ -12,10 +12,12 @@ using namespace gsc::test;
 
 namespace {
 
-// Of networks that halves hold exactly only the outputs are rounded: colour and opacity to half a step of 1/65535.
+// Tolerance of networks that halves hold exactly. Only outputs are rounded: colour and opacity to half a step of
+// 1/65535.
 constexpr DecodeTolerance kFastExactNetworks{3e-4, 2e-5, 1.6e-5, 1.6e-5, 1e-6};
-// The same arithmetic, but that exp and tanh of a device and of a C library differ in their last bits, which move a
-// position by an ulp. Covariances: what their inverse in fp32 leaves of them, 4e-6 where the functions are the same.
+// Tolerance of equal arithmetic, but that exp and tanh of a device and of a C library differ in their last bits, which
+// move a position by an ulp. Covariances: what their inverse in fp32 leaves of them, 4e-6 where the functions are the
+// same.
 constexpr DecodeTolerance kExact{1e-3, 2e-5, 1e-6, 1e-6, 5e-6};
 
 const std::vector<EyeParams> kOneEye = {eyeAt(0.4f, -5, 150, 110)};

@@ -58,7 +58,8 @@ void checkSameBytes()
     }
 }
 
-// Of the longest lists the first units leave of a pair of sub-tiles either, both or none: each goes on behind them, or not.
+// The first units of the longest lists leave either, both or none of a pair of sub-tiles unfinished: each goes on, or
+// not.
 template <typename Splat>
 void checkHalves()
 {

@@ -28,7 +28,8 @@ const std::vector<EyeParams> kTwoEyes = {eyeAt(0.4f, -5, 150, 110), eyeAt(0.7f, 
 // far enough apart that splats of one eye are none of the other's, or lie far from them
 const std::vector<EyeParams> kParallelEyes = {eyeAhead(-1.5f, -5, 150, 110), eyeAhead(1, -5, 97, 120)};
 
-// Of a picture drawn in several passes to that drawn in one. Near: long lists of `fast` are cut at other places.
+// Likeness of a picture drawn in several passes to that drawn in one. Near: long lists of `fast` are cut at other
+// places.
 enum class Likeness { Same, Near };
 
 void checkPixels(const Image<float>& got, const Image<float>& want, Likeness likeness)

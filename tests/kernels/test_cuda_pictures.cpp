@@ -215,7 +215,7 @@ uint64_t hashOf(const Job& job, const ModelView& model)
     return hash.digest();
 }
 
-// Of the device that runs the test; 0 = none is known.
+// Hash of the picture on the device that runs the test; 0 = none is known.
 uint64_t expectedHash(const std::string& name)
 {
     for (const PictureHash& known : kPictureHashes)
@@ -228,7 +228,7 @@ uint64_t expectedHash(const std::string& name)
     return 0;
 }
 
-// Of what the emulation takes from the C library, whose last bits differ from machine to machine.
+// Hash of the functions that the emulation takes from the C library, whose last bits differ from machine to machine.
 [[maybe_unused]] uint64_t mathHash()
 {
     Checksum64 hash;

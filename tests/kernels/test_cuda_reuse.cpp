@@ -12,7 +12,7 @@ using namespace gsc::test;
 
 namespace {
 
-// The same with eyes that look the same way, and so share their bins.
+// Frame `i` of a walk with eyes that look the same way, and so share their bins.
 std::vector<EyeParams> walkAhead(int i, float apart)
 {
     const float x = 0.2f + 0.02f * float(i), z = -5 + 0.01f * float(i);

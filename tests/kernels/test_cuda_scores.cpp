@@ -28,7 +28,7 @@ Pixels noise(uint32_t seed, uint32_t width, uint32_t height)
     return pixels;
 }
 
-// The same picture, somewhat wrong, more so in its right half.
+// Adds errors to a picture, larger ones in its right half.
 Pixels disturbed(Pixels pixels, uint32_t seed, uint32_t width, float by)
 {
     std::mt19937 random(seed);

@@ -35,7 +35,7 @@ struct Counts {
 };
 
 // Pixels that the splat draws outside of its box, and pixels of sub-tiles in the box that it would draw but for upstream's
-// square. What rounding may decide is neither.
+// square. A pixel that rounding may decide counts as neither.
 void check(const Emitted<PackedSplat>& emitted, const EyeParams& eye, const RasterConstants& rules, Counts& counts)
 {
     const PackedSplat& s = emitted.splat;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What --reuse decides, pinned at its boundaries.
+// Decisions of --reuse, pinned at their boundaries.
 #include "kernels/reuse/policy.h"
 #include "kernels/reuse/depth.h"
 

@@ -24,7 +24,7 @@ RasterConstants rulesOf(RasterRules rules)
     return rasterConstants(params, 0);
 }
 
-// The same splats for both paths. Boxes are upstream's tiles: nothing is culled by the ellipse but in binCpu.
+// Splats in the form of both paths. Boxes are upstream's tiles: nothing is culled by the ellipse but in binCpu.
 struct BlendCase {
     std::vector<SplatOf<float>> reference;
     std::vector<Splat> fast;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked for ahead: whole lines, as many as the ranges touch, a few at a time.
+// Memory that is asked for ahead: whole lines, as many as the ranges touch, a few at a time.
 #include "kernels/simd/read_ahead.h"
 
 #include <doctest/doctest.h>

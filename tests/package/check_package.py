@@ -124,7 +124,7 @@ def check_shell_files(prefix: pathlib.Path) -> None:
 
 
 def check_start(program: pathlib.Path, option: str, log: pathlib.Path) -> None:
-    """What a start loads and its peak memory are held to bounds; its time is told."""
+    """Holds the libraries and the peak memory of a start to bounds, and tells its time."""
     run(program, option, env=os.environ | {"LD_DEBUG": "libs", "LD_DEBUG_OUTPUT": log})
     loaded = set(re.findall(r"calling init: (\S+)", "".join(f.read_text() for f in log.parent.glob(log.name + ".*"))))
     best, peak = math.inf, 0

@@ -48,7 +48,7 @@ public:
     [[nodiscard]] const GoldenCity& golden() const { return m_golden; }
     [[nodiscard]] const Scene& scene() const { return *m_scene; }
 
-    // What gsc-play draws with --eyes 2 --size 1024x1024 --fov 90. Precondition: `backend` has loaded scene().
+    // Draws as gsc-play with --eyes 2 --size 1024x1024 --fov 90. Precondition: `backend` has loaded scene().
     [[nodiscard]] CityView render(Renderer& backend, size_t frame, Tier tier) const;
 
 private:
@@ -62,7 +62,7 @@ private:
 // The city whose pictures lie in the folder `name`. Null, after a note, where model or pictures are missing.
 std::unique_ptr<City> openCity(const std::string& name);
 
-// What a picture must reach.
+// Bounds that a picture must keep: PSNR at least, error of the worst pixel at most.
 struct PictureBar {
     double psnr;        // dB
     double worst_pixel; // of 1

@@ -11,7 +11,7 @@
 
 namespace gsc::test {
 
-// The largest error of any pixel, of 1. What rounding leaves: a splat that touches one tile more or less, or two that
+// The largest error of any pixel, of 1. Rounding leaves it: a splat that touches one tile more or less, or two that
 // swap depths.
 constexpr double kWorstPixel = 0.005;
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of gsc-play's command line share. They are called with SOURCE_FOLDER GSC_PLAY WRITE_TINY_GSC
+"""Base of the tests of gsc-play's command line. They are called with SOURCE_FOLDER GSC_PLAY WRITE_TINY_GSC
 [WRITE_BENCH_REPORT].
 """
 

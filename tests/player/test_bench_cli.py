@@ -16,7 +16,7 @@ from play_case import PLAY, WRITE_REPORT, PlayTest, check_schema, pfm
 
 class BenchCliTest(PlayTest):
     def test_bench_out_falls_on_nothing(self) -> None:
-        """What is read, and what holds something else than rows, keeps every byte."""
+        """Inputs, and files that hold something else than rows, keep every byte."""
         keep = {path: path.read_bytes() for path in (self.model, self.path)}
         (self.folder / "link").symlink_to("model.gsc")
         os.link(self.path, self.folder / "hard.json")

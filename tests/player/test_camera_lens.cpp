@@ -45,7 +45,7 @@ struct Refusal {
     std::string text;
 };
 
-// What ignores distortion and tells.
+// Options of a reading that ignores distortion and puts what it tells into `told`.
 CameraReading telling(std::vector<std::string>& told)
 {
     return {true, CamerasTransform::Told, &told};

@@ -31,7 +31,7 @@ void put(std::string& to, T value)
     to.append(reinterpret_cast<const char*>(&value), sizeof(T));
 }
 
-// The same model.
+// The model of kCameras and kImages in COLMAP's binary form.
 void asBinary(std::string& cameras, std::string& images)
 {
     put<uint64_t>(cameras, 2);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What gsc-play writes: files that exist, links, standard output, full disks, Ctrl-C.
+"""Outputs of gsc-play: files that exist, links, standard output, full disks, Ctrl-C.
 
 test_play_outputs.py SOURCE_FOLDER GSC_PLAY WRITE_TINY_GSC WRITE_BENCH_REPORT
 """

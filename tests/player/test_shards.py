@@ -278,7 +278,7 @@ class ShardTest(PlayTest):
         self.assertFalse(report["passed"])
 
     def hostile(self, line: str, kind: str) -> list:
-        """Of a good row: (line, what gsc merge-runs says of it, whether a shard that goes on there refuses it too)."""
+        """Variants of a good row: (line, words of gsc merge-runs, whether a shard that goes on there refuses it too)."""
         row = json.loads(line)
         shard, form = row["shard"], row["schema"]
         start, rest = line[:line.index(",") + 1], line[line.index(",") + 1:]  # a row is known by its start

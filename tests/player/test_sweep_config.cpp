@@ -44,7 +44,7 @@ std::vector<std::string> words(const SweepConfig& config)
     return all;
 }
 
-// What the message says, and that it is of an invalid file; empty if nothing was wrong.
+// Message of the Error, which must be InvalidFile; empty if nothing was wrong.
 std::string refusal(const std::string& json)
 {
     try {

@@ -20,8 +20,8 @@ inline Camera windowCamera(const glm::dvec3& position)
     return camera;
 }
 
-// The same, turned right by `heading`, then up by `pitch`, then clockwise by `roll`, as far as the axes of COLMAP have
-// it; radians.
+// windowCamera(), turned right by `heading`, then up by `pitch`, then clockwise by `roll`, as far as the axes of COLMAP
+// have it; radians.
 inline Camera turnedCamera(const glm::dvec3& position, double heading, double pitch, double roll = 0)
 {
     const glm::dquat turn = glm::angleAxis(heading, glm::dvec3(0, 1, 0)) * glm::angleAxis(pitch, glm::dvec3(1, 0, 0)) *

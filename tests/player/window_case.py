@@ -28,7 +28,7 @@ def lavapipe() -> str:
 
 
 def missing() -> str:
-    """Of what the test needs, none = all there."""
+    """Names what the test needs and is not here; empty = all is here."""
     for program, package in (("Xvfb", "xvfb"), ("xdotool", "xdotool")):
         if shutil.which(program) is None:
             return f"no {program} here; install {package}"
@@ -114,7 +114,7 @@ def read_pfm(path: pathlib.Path) -> Picture:
 
 
 class Display:
-    """An X server without a window manager. What it shows is in a file."""
+    """An X server without a window manager. Its picture is in a file."""
 
     def __init__(self, folder: pathlib.Path) -> None:
         folder.mkdir()
@@ -144,7 +144,7 @@ class Display:
         return run.stdout
 
     def picture(self, width: int, height: int) -> Picture:
-        """What it shows at its upper left corner."""
+        """The server's picture at its upper left corner."""
         data = self.frame.read_bytes()  # an XWD: numbers, big endian, then colours of 12 bytes, then pixels
         header = struct.unpack(">25I", data[:100])
         assert header[11] == 32 and header[7] == 0, header  # bits of a pixel, blue first

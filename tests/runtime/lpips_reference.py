@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What PyTorch makes of LPIPS with weights that tests/support/lpips_random.h makes too. Writes lpips_reference.h beside
+"""Computes LPIPS in PyTorch with weights that tests/support/lpips_random.h makes too. Writes lpips_reference.h beside
 it and the heads, as PyTorch before 1.6 saved them, to tests/input/lpips_heads_legacy.pth. Needs numpy and PyTorch; run
 only to make those two files again.
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // FLIP once more, written for reading and not for speed: full two-dimensional kernels, one pixel at a time, every
-// step straight from the paper. What the separable version is checked against.
+// step straight from the paper. Tests compare the separable version with it.
 #pragma once
 
 #include "runtime/metrics/metrics.h"

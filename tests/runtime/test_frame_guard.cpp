@@ -15,7 +15,7 @@ using namespace gsc;
 
 namespace {
 
-// What a frame takes: `load` milliseconds at bias 0 beside `fixed`, by a factor of `per_level` less per level.
+// Time of a frame: `load` milliseconds at bias 0, by a factor of `per_level` less per level, beside `fixed`.
 struct Scene {
     double load, per_level = 2, fixed = 0;
     uint32_t dead_time = 0; // frames that the guardler hears of a time late

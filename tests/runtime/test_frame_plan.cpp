@@ -17,7 +17,7 @@ namespace {
 constexpr uint64_t kMiB = 1u << 20, kGiB = 1u << 30;
 constexpr uint32_t kGaps = 3000;
 
-// Of about the sizes that the backend has in `fast` for one eye.
+// Room of a frame, with about the sizes that the backend has in `fast` for one eye.
 FrameRoom roomOf(uint64_t gaussians, uint64_t bytes, bool budgeted, uint64_t image = kMiB, uint32_t gaps = kGaps,
                  uint32_t one_pass_gaps = 0)
 {
@@ -38,7 +38,7 @@ FrameRoom roomOf(uint64_t gaussians, uint64_t bytes, bool budgeted, uint64_t ima
     return room;
 }
 
-// What a frame shows, however many passes it is drawn in.
+// Content of a frame, however many passes it is drawn in.
 struct Load {
     uint32_t visible;
     uint64_t splats, pairs;
@@ -477,7 +477,7 @@ TEST_CASE("frame plan: a visible list that was too short leaves one pass")
 namespace {
 
 // Frames that show more and more, then less; none is repeated. An outcome is told at once, or when the next frame has
-// begun. What the frames were cut into, and what there was room for.
+// begun. Returns for each frame its number of passes and its capacity.
 std::vector<std::pair<uint32_t, FrameCapacity>> plansOf(const FrameRoom& room, bool at_once)
 {
     std::vector<std::pair<uint32_t, FrameCapacity>> plans;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the guard of --target-ms gives up, and in which order.
+// Order in which the guard of --target-ms gives things up.
 #include "runtime/view/frame_guard.h"
 
 #include <doctest/doctest.h>

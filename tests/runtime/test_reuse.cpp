@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may be drawn again, and that nothing else changes: policies, budgets, both eyes.
+// Entries that may be drawn again, and that nothing else changes: policies, budgets, both eyes.
 #include <gsc/error.h>
 #include "kernels/reuse/reuse_math.h"
 #include "tests/runtime/reuse_tools.h"

@@ -98,8 +98,8 @@ TEST_CASE("a camera that turns back is drawn within the bound too")
     }
 }
 
-// What passes beside the camera changes fast and is not seen: it has nothing decoded again. Once the camera turns to it,
-// it is held to the bound like all else.
+// Anchors that pass beside the camera change fast and are not seen: they cause no decoding. Once the camera turns to
+// them, they are held to the bound like all others.
 TEST_CASE("anchors that are not seen make nothing due, and are drawn within the bound when they come into view")
 {
     SyntheticOptions of = modelOptions(LevelRule::None);

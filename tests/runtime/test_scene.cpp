@@ -51,7 +51,7 @@ Refusal refusal(std::span<const std::byte> bytes, bool verify = false)
     return {};
 }
 
-// Which arrays a chunk must have.
+// Checks that each chunk has the arrays that the model's parameters ask for, and no others.
 void checkArrays(const ModelView& view)
 {
     const bool grid = view.params->position_encoding == uint32_t(PositionEncoding::Grid);

@@ -127,8 +127,8 @@ TEST_CASE("one decode for both eyes is refused beside reuse by error")
 }
 
 // An image whose axis is off its middle is part of a wider one that is centred. Cut on multiples of 16 pixels, both
-// give every Gaussian the same tiles. What remains is fp32, and near the borders: anchors that the narrower eye does not
-// select, and the clamp of the Jacobian, which begins 0.15 widths outside each image.
+// give every Gaussian the same tiles. Differences remain from fp32, and near the borders: anchors that the narrower eye
+// does not select, and the clamp of the Jacobian, which begins 0.15 widths outside each image.
 TEST_CASE("off-centre and canted eyes draw what a wider centred image shows there")
 {
     constexpr uint32_t kWidth = 320, kHeight = 256, kMargin = 32;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What holds for `flight`, `stroll` and `look_around` beside every model: nobody's place, gaze or pace jumps.
+// Checks that hold for `flight`, `stroll` and `look_around` beside every model: nobody's place, gaze or pace jumps.
 #pragma once
 
 #include "convert/survey/vec3.h"

@@ -49,7 +49,7 @@ std::filesystem::path plyOf(const std::filesystem::path& model);
 
 SampleOptions sampleOptions(SampleScene scene, SampleModel model, uint64_t anchors, const std::string& output);
 
-// What went wrong in makeSample or replicateCheckpoint.
+// Error that makeSample or replicateCheckpoint threw.
 struct Failure {
     int code = 0; // 0 = nothing
     std::string message;

@@ -78,7 +78,7 @@ std::vector<dvec3> anchorsOf(const Checkpoint& checkpoint)
     return anchors;
 }
 
-// Of the anchors, in a square image with 90 degrees of view; counted apart from the generator.
+// Share of the anchors in a square image with 90 degrees of view; counted apart from the generator.
 double shareInImage(const std::vector<dvec3>& anchors, const Pose& pose)
 {
     size_t count = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What makeSample writes: the same bytes every time, the anchors asked for, and a model that cannot be told from one a
+// Output of makeSample: the same bytes every time, the anchors asked for, and a model that cannot be told from one a
 // trainer left.
 #include "convert/input/checkpoint.h"
 #include "convert/survey/grid_fit.h"

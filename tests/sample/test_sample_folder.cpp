@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is left behind: a whole model, or nothing.
+// Leaves a whole model behind, or nothing.
 #include <gsc/error.h>
 #include <gsc/interrupt.h>
 #include "sample/sample_tools.h"

@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 
 const std::exception_ptr kBroken = std::make_exception_ptr(std::runtime_error("broken"));
 
-// What happens to poses, and what the ledger says of them.
+// Events of poses, and the ledger that they are told to.
 struct Books {
     explicit Books(const LedgerRules& rules) : ledger(rules), keeps_all(rules.keeps_all) {}
 

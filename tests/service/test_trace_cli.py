@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a service writes as its trace satisfies the schema, adds up, and is drawn by gsc chart.
+"""The trace that a service writes satisfies the schema, adds up, and is drawn by gsc chart.
 
 usage: test_trace_cli.py SOURCE WRITE_SERVICE_TRACE [GSC]
 """

@@ -12,7 +12,7 @@ using namespace gsc;
 
 namespace {
 
-// What a stage of a hundred steps, over at once, and one that fails print to stderr.
+// Output on stderr of a stage of a hundred steps, over at once, and of one that fails.
 std::string printedBy(ProgressMode mode)
 {
     std::string printed;

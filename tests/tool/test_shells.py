@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What bash, zsh and fish offer for gsc and gsc-play. The shells are run; one that is not there is skipped.
+"""Completions that bash, zsh and fish offer for gsc and gsc-play. The shells are run; one that is not there is skipped.
 
 test_shells.py PROGRAM...    gsc-play, and gsc where it was built
 """

@@ -6,8 +6,8 @@ usage: check_viewers.py --gsc GSC --play GSC_PLAY --work FOLDER [--all]
 One camera's Gaussians of the trained model fox_scaffold, or of a sample where GSC_CHECKPOINTS has no models, as a page of
 --html, opened from the file system, and as each file that a viewer reads: in one viewer for each format; with --all in every
 viewer, splat-transform reads them back, and Khronos' validator reads the GLB. Pages and files come from a server on the
-loopback address; a page sends its picture back. Of a streamed SOG the server gives finer levels once a page has drawn the
-coarsest. Exit code 77: something is missing here.
+loopback address; a page sends its picture back. The server gives finer levels of a streamed SOG once a page has drawn
+the coarsest. Exit code 77: something is missing here.
 """
 import argparse
 import base64
@@ -32,7 +32,7 @@ FLAGS = ["--headless=new", "--use-angle=swiftshader", "--enable-unsafe-swiftshad
 SECONDS = 200  # for a picture that takes a few
 BARS = {"fox_scaffold": 37.0, "sample": 34.0}  # dB: below what the viewers' own arithmetic leaves
 UNSUPPORTED = 5  # gsc's exit code
-# What a copy of a page has besides: a picture of the camera's size, sent by a form, since the page may connect nowhere.
+# Addition to a copy of a page: it sends a picture of the camera's size by a form, since the page may connect nowhere.
 SENDER = """<style>#canvas { width: WIDTHpx; height: HEIGHTpx }</style>
 <form method="post" action="SERVER/picture?job=page"><input name="picture"></form>
 <script>
@@ -62,7 +62,7 @@ SENDER = """<style>#canvas { width: WIDTHpx; height: HEIGHTpx }</style>
 ONCE = [("page", "html"), ("playcanvas", "ply"), ("playcanvas", "sog"), ("playcanvas", "lod"), ("playcanvas", "glb"),
         ("spark", "spz")]
 ALL = ONCE + [("spark", "ply"), ("spark", "sog"), ("playcanvas", "spz4")]
-# Of a form: the file, and what exports it.
+# Form: its file, and the arguments of gsc export that make it.
 FORMS = {"html": ("view.html", ["--html"]), "ply": ("view.ply", ["--to", "ply", "-o"]),
          "lod": ("levels/lod-meta.json", ["--to", "sog", "--lod", "-o"]),
          "glb": ("view.glb", ["--to", "glb", "-o"]), "sog": ("view.sog", ["--to", "sog", "-o"]),
@@ -140,7 +140,7 @@ class Viewers:
         return f"{self.address}/{job['viewer']}.html?job={urllib.parse.quote(json.dumps(job))}"
 
     def run(self, jobs):
-        """Of each job's name what its page sent: {gaussians, png} or {fault}."""
+        """By each job's name the answer of its page: {gaussians, png} or {fault}."""
         self.jobs = list(jobs)  # a page of the file system first: others may not lead to it
         server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), self.handler())
         self.address = f"http://127.0.0.1:{server.server_address[1]}"
@@ -228,7 +228,7 @@ def export(arguments, form):
 
 
 def psnr_of(arguments, png, name):
-    """Of a page's picture, which is kept in a folder of that name."""
+    """PSNR of a page's picture, which is kept in folder `name`; dB."""
     folder = arguments.work / name
     folder.mkdir()
     (folder / "picture.png").write_bytes(base64.b64decode(png))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the pages share: the job from the address, and the picture to the server.
+// Parts that all pages use: the job from the address, and the picture to the server.
 export const job = JSON.parse(new URLSearchParams(location.search).get("job"));
 
 async function send(path, body) {
@@ -26,7 +26,7 @@ export function cameraMatrix() {
   return [r[0][0], r[1][0], r[2][0], 0, -r[0][1], -r[1][1], -r[2][1], 0, -r[0][2], -r[1][2], -r[2][2], 0, ...p, 1];
 }
 
-// Of the last frame drawn; `gaussians` that the viewer holds; what else the page tells.
+// Sends the last frame drawn, the number of Gaussians that the viewer holds, and in `more` other facts of the page.
 export async function sendPicture(canvas, gaussians, more = {}) {
   const png = canvas.toDataURL("image/png");
   await send("/picture", JSON.stringify({ gaussians, png: png.slice(png.indexOf(",") + 1), ...more }));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a file holds at a point, against every anchor looked at.
+// Content of a file at a point, against every anchor looked at.
 #include "convert/grids/locate.h"
 #include "tests/write/memory_model.h"
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is in a file of `gsc convert`. writeModel() also requires every file here to pass the full validator and NanoVDB's reader.
+// Content of a file of `gsc convert`. writeModel() also requires every file here to pass the full validator and
+// NanoVDB's reader.
 #include "convert/compare/compare_checkpoint.h"
 #include <gsc/error.h>
 #include "kernels/math/lod.h"

@@ -27,7 +27,7 @@ struct Ellipse {
     double x, y, wide, high; // middle and half axes at depth 1, right and up
 };
 
-// What lies between an ellipse, as a polygon within it, and a frame far around it.
+// Mesh between an ellipse, as a polygon within it, and a frame far around it.
 HiddenMesh around(const Ellipse& lens, int corners = 64)
 {
     HiddenMesh mesh;

@@ -23,7 +23,7 @@ def lavapipe() -> str:
 
 
 def missing() -> str:
-    """Of what the test needs, none = all there."""
+    """Names what the test needs and is not here; empty = all is here."""
     if not any(layer.exists() for layer in LAYERS):
         print("note: no validation layer here, Vulkan's use is not checked; install vulkan-validationlayers")
     return "" if BACKEND != "cpu" or lavapipe() else "no Vulkan driver without a GPU here; install mesa-vulkan-drivers"
@@ -45,7 +45,7 @@ def environment(manifest: pathlib.Path | None, settings: pathlib.Path | None) ->
 
 
 def single(values: list) -> list:
-    """What OpenXR has in single precision: nine digits of it are another number in double precision."""
+    """Rounds to single precision, as OpenXR has it: nine digits of that are another number in double precision."""
     return list(struct.unpack(f"{len(values)}f", struct.pack(f"{len(values)}f", *values)))
 
 
@@ -151,7 +151,7 @@ def lens(fov: list, size: float, corners: int = 24) -> list[list]:
 
 
 def hidden_mesh(outline: list[list]) -> dict:
-    """What lies between a polygon around the axis and ten times it, as the fake runtime takes it."""
+    """Mesh between a polygon around the axis and ten times it, as the fake runtime takes it."""
     count = len(outline)
     far = [[10 * x, 10 * y] for x, y in outline]
     indices = []
@@ -162,7 +162,7 @@ def hidden_mesh(outline: list[list]) -> dict:
 
 
 def shown_squares(outline: list[list], fov: list, size: tuple[int, int], side: int = 32, margin: int = 2) -> list[tuple[int, int]]:
-    """Of each row of squares the columns, from the first up to the last that is not hidden with the pixels around it. Angles
+    """Columns of each row of squares, from the first up to the last that is not hidden with the pixels around it. Angles
     of `fov` are radians."""
     left, right, up, down = map(math.tan, fov)
     width, height = size

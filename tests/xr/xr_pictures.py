@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What gsc-play xr gives a headset to show: pictures, depths, and what lenses hide of them."""
+"""Pictures that gsc-play xr gives a headset to show, their depths, and the parts that lenses hide."""
 
 import array
 import json

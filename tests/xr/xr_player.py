@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of gsc-play xr share: the programs that test_xr.py is given, sessions on the fake runtime, and what holds for
-every one of them."""
+"""Base of the tests of gsc-play xr: the programs that test_xr.py is given, sessions on the fake runtime, and checks of
+every session."""
 
 import json
 import os
@@ -57,7 +57,7 @@ class XrCase(unittest.TestCase):
         self.folder.mkdir()
 
     def settings(self, frames: int | None = None, **more) -> pathlib.Path:
-        """Of the fake runtime, which ends the session at that frame."""
+        """Settings of the fake runtime, which ends the session at frame `frames`."""
         made = {"views": canted(*SIZE), "head": moving_head(1), "log": str(self.folder / "fake.jsonl"),
                 "dump": str(self.folder / "dump"), **more}
         if frames is not None:
@@ -77,7 +77,7 @@ class XrCase(unittest.TestCase):
         return run
 
     def check(self, run: Run) -> None:
-        """What holds for every session."""
+        """Checks what holds for every session."""
         self.assertNotIn("VUID", run.said())
         self.assertNotIn("Validation", run.said())
         self.assertEqual(run.errors, [], run.said())  # nothing that OpenXR forbids
@@ -89,7 +89,7 @@ class XrCase(unittest.TestCase):
                 self.assertLessEqual(view["located"], line["frame"])
 
     def cameras(self, run: Run) -> list[tuple[list, tuple, pathlib.Path]]:
-        """Of each view: place and frame of every picture, their size, and a camera file of their poses."""
+        """For each view: place and frame of every picture, their size, and a camera file of their poses."""
         place, places, made = None, [], []
         wanted: list[tuple[dict, int, int]] = []
         frames = {line["frame"]: line for line in run.frames}
@@ -137,7 +137,7 @@ class XrCase(unittest.TestCase):
         return compared
 
     def seen_part(self, headless: bytes, given: bytes, size: tuple, ranges: list) -> tuple[bytes, bytes]:
-        """Of both pictures what is in squares that are not hidden. The others are black in the one that was given."""
+        """Rows of both pictures in the squares that are not hidden. The others are black in the one that was given."""
         cut = [[], []]
         for y in range(size[1]):
             first, end = (3 * 32 * square for square in ranges[y // 32])

@@ -159,7 +159,7 @@ void handOut(void* data, size_t bytes, size_t room);
 // As if a kernel had failed: every call that needs the devices fails until one of them is reset.
 void loseDevices();
 
-// What a cudaSurfaceObject_t points to.
+// Memory that a cudaSurfaceObject_t points to.
 struct Surface {
     unsigned char* pixels;
     size_t pitch; // bytes

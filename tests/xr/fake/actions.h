@@ -49,7 +49,7 @@ bool profileKnown(const std::string& profile);
 bool profileHas(const std::string& profile, const std::string& path); // the path with or without its component
 std::string userPathOf(const std::string& path);                      // "" if it has none
 
-// What the settings' controllers and the application's suggestions come to.
+// Devices, profiles and paths in force, by the settings' controllers and the application's suggestions.
 bool deviceActive(const Runtime& rt, const std::string& user_path);
 std::string currentProfile(const Runtime& rt, const std::string& user_path); // "" = none
 std::vector<std::string> boundPaths(const Runtime& rt, uint64_t action, const std::string& user_path);

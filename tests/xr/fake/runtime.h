@@ -86,7 +86,7 @@ struct Session {
     std::set<std::string> other_thread_reported;
 };
 
-// What the application created with the runtime's help: xrCreateSession takes nothing else.
+// Vulkan objects that the application created with the runtime's help: xrCreateSession takes no others.
 struct VulkanObjects {
     bool requirements_asked = false;
     PFN_vkGetInstanceProcAddr loader = nullptr;

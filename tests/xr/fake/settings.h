@@ -47,7 +47,7 @@ struct RateChange {
 
 enum class Configuration { Stereo, Mono, Quad };
 
-// What a test says the headset does. README.md is the table of the keys.
+// Behaviour of the headset, as a test sets it. README.md has the table of the keys.
 struct Settings {
     bool real_clock = false;
     double hz = 90;

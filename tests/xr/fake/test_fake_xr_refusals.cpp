@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an application gets wrong: each has to come back as OpenXR's code, with a line in the log.
+// Mistakes of an application: each has to come back as OpenXR's code, with a line in the log.
 #include "probe.h"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the fake runtime does to an application over time: states, losses, the clock.
+// Events that the fake runtime causes over time: states, losses, the clock.
 #include "probe.h"
 
 #include <doctest/doctest.h>
