@@ -74,7 +74,7 @@ BenchSummary bench(const BenchOptions& options, Reporter& log)
     summary.frame = choiceOn(facts.no_path, options.play.frame, log);
     summary.shots = shots.size();
     if (options.scores_path)
-        checkScored(options.score, {options.play.cameras.file, {}, shots, {}}, "--score-first");
+        checkScored(options.score, {options.play.cameras.file, {}, shots, 1, {}}, "--score-first");
 
     const std::unique_ptr<Renderer> renderer =
         openRenderer(options.play.model, options.play.devices, scene, log, summary.load_ms);
