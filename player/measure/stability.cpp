@@ -194,8 +194,9 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
     summary.reference = measurer.referenceOf(summary.backend);
     summary.all_paths = paths.size();
     if (rows) {
-        rows->begin(
+        rows->check(
             shardFacts(shard, paths.size(), fileHash(options.play.model.file), stabilityHash(options, summary, paths)));
+        rows->begin();
         if (!rows->cutOff().empty())
             log.tell(rows->cutOff()); // no warning of the report: it says nothing of the pictures
     }

@@ -71,7 +71,7 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
 
     if (options.shard.isGiven())
         summary.backend = renderer->id().backend; // shards of one machine have a device each
-    shard.begin(shots, summary.backend, summary.tier);
+    shard.check(shots, summary.backend, summary.tier);
     outputs.open(log);
     summary.set_frames = shots.size();
     summary.shard_frames = shard.own();

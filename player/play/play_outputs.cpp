@@ -65,6 +65,7 @@ void PlayOutputs::open(Reporter& log)
 {
     for (const NamedPath& file : m_files)
         makeFolderOf(file.path);
+    m_shard.begin();
     const OutputChoice& to = m_options.output;
     if (!to.stats.empty() && !m_options.shard.isGiven())
         m_stats.emplace(to.stats, OutputKind::Text, to.overwrite);

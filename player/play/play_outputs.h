@@ -23,7 +23,8 @@ public:
     // Checks every file before the model is loaded, makes none, and plans `shard`. All must outlive this. Throws Error: Usage
     // also where pictures of different sizes would go into one stream or video; Io, Unsupported.
     PlayOutputs(const PlayOptions& options, const std::vector<Shot>& shots, FrameShard& shard, Reporter& log);
-    // Once nothing else can be refused: makes folders, opens stream, video and statistics. Throws Error(Io).
+    // Once nothing else can be refused: makes folders, begins the shard's file, opens stream, video and statistics. Throws
+    // Error(Io).
     void open(Reporter& log);
 
     // Takes the pictures of shot `shot`, and `stats`, its line. Returns the image files written, left eye first.

@@ -84,11 +84,17 @@ bool FrameShard::mayReplace(size_t frame) const
     return m_options.output.overwrite || m_cut == frame || is_ours;
 }
 
-void FrameShard::begin(const std::vector<Shot>& shots, const std::string& backend, Tier tier)
+void FrameShard::check(const std::vector<Shot>& shots, const std::string& backend, Tier tier)
 {
     if (m_rows)
-        m_rows->begin(shardFacts(m_options.shard, shots.size(), fileHash(m_options.model.file),
+        m_rows->check(shardFacts(m_options.shard, shots.size(), fileHash(m_options.model.file),
                                  setHash(m_options, shots, backend, tier)));
+}
+
+void FrameShard::begin()
+{
+    if (m_rows)
+        m_rows->begin();
 }
 
 void FrameShard::add(size_t frame, const std::string& line)

@@ -25,8 +25,10 @@ public:
     // May its images be there already? A run that was killed leaves those of one frame without a line.
     [[nodiscard]] bool mayReplace(size_t frame) const;
 
-    // Once it is known what draws. Throws Error(Usage) where --stats is of another set; Io.
-    void begin(const std::vector<Shot>& shots, const std::string& backend, Tier tier);
+    // Once it is known what draws. Throws Error(Usage) where --stats is of another set.
+    void check(const std::vector<Shot>& shots, const std::string& backend, Tier tier);
+    // Behind check(), in a folder that is there: makes --stats. Throws Error(Io).
+    void begin();
     // Behind its images, so that a line stands for a whole frame.
     void add(size_t frame, const std::string& line);
 

@@ -70,11 +70,15 @@ const OrderedJson* ShardRows::find(uint64_t task) const
     return found == m_rows.end() ? nullptr : &found->second.json;
 }
 
-void ShardRows::begin(const ShardFacts& facts)
+void ShardRows::check(const ShardFacts& facts)
 {
     m_facts = facts;
     for (const auto& [task, row] : m_rows)
         checkShardRow(row.facts, facts, m_path, m_kind.option);
+}
+
+void ShardRows::begin()
+{
     if (m_is_new)
         writeTextFile(m_path, "", false);
 }

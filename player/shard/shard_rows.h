@@ -32,9 +32,10 @@ public:
     [[nodiscard]] const std::string& cutOff() const { return m_cut_off; }
     [[nodiscard]] const OrderedJson* find(uint64_t task) const;
 
-    // Makes the file, so that a run that is killed before its first row is known as begun. Throws Error (Usage where
-    // the rows are not of this shard; Io).
-    void begin(const ShardFacts& facts);
+    // Takes the facts of the shard. Throws Error(Usage) where the rows are not of it.
+    void check(const ShardFacts& facts);
+    // Behind check(): makes the file, so that a run that is killed before its first row is known as begun. Throws Error(Io).
+    void begin();
     // Throws Error(Io), also where another program writes there too.
     void add(uint64_t task, std::string_view line);
 

@@ -125,6 +125,15 @@ class ShardTest(PlayTest):
         self.merge(*rows, "-o", "all.jsonl")
         self.assertEqual([json.loads(line)["frame"] for line in (self.folder / "all.jsonl").read_text().splitlines()], [0, 1, 2])
 
+    def test_new_folders(self) -> None:
+        base = (self.model, "--cameras", self.path, "--size", "16x16", "--shard", "1/2")
+        self.play(*base, "--stats", "s/s.jsonl", "--out", "o/{frame}.pfm")
+        self.assertEqual(len((self.folder / "s/s.jsonl").read_text().splitlines()), 2)
+        self.assertEqual(len(list((self.folder / "o").iterdir())), 2)
+        for stats in ("t.jsonl", "t/t.jsonl"):
+            self.refused(*base, "--stats", stats, "--out", "/proc/gsc/{frame}.pfm", code=2, says="/proc/gsc: cannot be created")
+        self.refused(*base, "--stats", "s/s.jsonl", "--out", "p/{frame}.pfm", "--fov", "50", code=1, says="has rows of other options")
+
     def test_refusals(self) -> None:
         base = (self.model, "--cameras", self.path, "--size", "16x16")
         split = (*base, "--shard", "1/2", "--stats", "s.jsonl")
