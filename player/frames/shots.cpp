@@ -143,13 +143,6 @@ std::vector<Shot> cutShots(std::vector<Camera> cameras, const TrajectoryFacts& f
     return shots;
 }
 
-std::string whyNoPath(const TrajectoryFacts& facts, size_t shots, const std::string& file)
-{
-    if (!facts.is_path)
-        return "the cameras of " + file + " are in no order";
-    return shots == 1 ? "one camera of " + file + " is played" : "";
-}
-
 void chooseAppearance(const Scene& scene, const std::string& model, int row, std::vector<Shot>& shots, Reporter& log)
 {
     if (row >= 0) {
@@ -202,7 +195,8 @@ std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, cons
         std::copy_n(scene.view().origin, 3, shot.origin);
     chooseAppearance(scene, model, choice.appearance, shots, log);
     if (told != nullptr)
-        *told = {facts.name, whyNoPath(facts, shots.size(), choice.isFile() ? choice.file : model)};
+        *told = {facts.name,
+                 facts.is_path ? "" : "the cameras of " + (choice.isFile() ? choice.file : model) + " are in no order"};
     return shots;
 }
 
@@ -212,8 +206,8 @@ FrameChoice choiceOn(const std::string& no_path, const FrameChoice& choice, Repo
     drawn.on_path = no_path.empty();
     if (!drawn.on_path && choice.detailPixels() > 0)
         log.warning(
-            formatString("detail %g: %s, expected a trajectory, whose frames draw what those before them made; drawn "
-                         "as without detail",
+            formatString("detail %g: %s, expected two frames or more of a trajectory, which draw what those before "
+                         "them made; drawn as without detail",
                          choice.detailPixels(), no_path.c_str()));
     return drawn;
 }

@@ -58,6 +58,8 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
     checkLevelOptions(*scene, options.model.file, options.frame);
     ShotFacts facts;
     const std::vector<Shot> shots = chooseShots(*scene, options.model.file, options.cameras, options.view, log, &facts);
+    if (shots.size() == 1 && facts.no_path.empty()) // drawn once: measurements look at it again and again
+        facts.no_path = "one camera of " + options.cameras.file + " is played";
     summary.frame = choiceOn(facts.no_path, options.frame, log);
     const FrameOptions drawn_with = frameOptions(*scene, summary.frame);
     PlayOutputs outputs(options, shots, shard, log);

@@ -179,6 +179,10 @@ class BenchCliTest(PlayTest):
         live = ("live", self.model, "--size", "48x32", "--rate", "1000", "--detail", "2")
         self.assertIn("in no order", self.play(*live).stderr)
         self.assertNotIn("order", self.play(*live, "--cameras", self.path).stderr)
+        one = ("--frames", "1:2")  # a view at rest
+        self.assertNotIn("warning", self.play(*live, "--cameras", self.path, *one).stderr)
+        run = self.bench("--measure", "4", "--detail", "2", *one, "--format", "json")
+        self.assertEqual((run.stderr, json.loads(run.stdout)["config"]["detail"]), ("", 2))
         self.refused(self.model, "--tier", "exact", "--detail", "2", code=1, says="expected --tier fast or turbo")
         self.refused("bench", self.model, "--detail", "2", "--reuse", "depth", code=1, says="--detail: together with --reuse depth")
 
