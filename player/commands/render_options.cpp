@@ -50,14 +50,16 @@ void addReuseOptions(CLI::App& app, PlayOptions& options)
                 "most memory of decoded Gaussians, such as 256M");
 }
 
-void addLevelOptions(CLI::App& app, PlayOptions& options)
+void addLevelOptions(CLI::App& app, PlayOptions& options, Views views)
 {
     const Heading heading(app, "Levels of detail");
     addNumber(
         app, "--detail", options.frame.detail, {0, double(kMostDetail)}, " pixels", "PIXELS (default: 0)",
-        "smallest detail that is drawn by itself: groups of anchors that are far are drawn coarse, from copies in "
-        "which what is smaller is joined, and which later frames of a trajectory draw again; 0 = everything. Cameras "
-        "in no order, such as the stored ones, and one alone are drawn without");
+        std::string("smallest detail that is drawn by itself: groups of anchors that are far are drawn coarse, from "
+                    "copies in which what is smaller is joined, and which later frames draw again; 0 = everything") +
+            (views == Views::Cameras ? ". Cameras in no order, such as the stored ones, are drawn without, and so is a "
+                                       "picture alone"
+                                     : ""));
     addNumber(app, "--lod-bias", options.frame.lod_bias, {-kMaxLodBias, kMaxLodBias}, " levels", "X (default: 0)",
               "levels added to the one that distance asks for: below 0 draws less, 0 is the trainer's");
     addNumber(app, "--lod-fade", options.frame.lod_fade, {0, kMaxLodWidth}, " levels", "X (default: 0)",
@@ -170,7 +172,7 @@ void addLookOptions(CLI::App& app, PlayOptions& options)
               "nearest depth drawn, world units");
 }
 
-void addRunOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
+void addRunOptions(CLI::App& app, PlayOptions& options, Views views)
 {
     const Heading heading(app, "Rendering");
     addChoice<TierChoice>(
@@ -187,9 +189,9 @@ void addRunOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
     addByteSize(app, "--vram-budget", options.devices.vram_budget, 1, "SIZE (default: all there is)",
                 "most device memory for model and frame, such as 4G; frames that need more are drawn in more passes");
     addFlag(app, "--verify", options.model.verify, "check the checksum of every byte before the first frame");
-    addFoveationOptions(app, options, knows_gaze);
+    addFoveationOptions(app, options, views == Views::Headset);
     addReuseOptions(app, options);
-    addLevelOptions(app, options);
+    addLevelOptions(app, options, views);
 }
 
 void addFirstPicture(CLI::App& app, PlayOptions& options)
@@ -233,13 +235,15 @@ void addScoreFrames(CLI::App& app, ScoreOptions& score)
     addInteger(app, "--score-first", score.first, 0, kMany, "N (default: 0)", "the first frame that is scored");
 }
 
-void addTargetOption(CLI::App& app, PlayOptions& options)
+void addTargetOption(CLI::App& app, PlayOptions& options, Views views)
 {
     const Heading heading(app, "Levels of detail");
     addNumber(app, "--target-ms", options.frame.target_ms, {1e-6, kMaxTargetMs}, " milliseconds", "MS (default: none)",
-              "hold this frame time: while frames take longer, detail doubles up to 4 pixels where it can be drawn, "
-              "then levels "
-              "fall; both come back slowly to what --detail and --lod-bias say");
+              std::string("hold this frame time: while frames take longer, detail doubles up to 4 pixels where it can "
+                          "be drawn, then levels fall; both come back slowly to what --detail and --lod-bias say") +
+                  (views == Views::Cameras
+                       ? ". Refused where there is neither, such as for a model of one level on cameras in no order"
+                       : ""));
 }
 
 void checkEffect(const CLI::App& app, const char* option, bool has_effect, const std::string& needs)

@@ -18,12 +18,14 @@ void addFrames(CLI::App& app, PlayOptions& options);        // --frames A:B
 // Size, angle, eyes, and those of addLookOptions().
 void addViewOptions(CLI::App& app, PlayOptions& options, const std::string& size = "the camera's");
 void addLookOptions(CLI::App& app, PlayOptions& options); // colours, and how two eyes are drawn
-// Tier, backend, memory, foveation, reuse, detail, levels. `knows_gaze`: something tells where eyes look.
-void addRunOptions(CLI::App& app, PlayOptions& options, bool knows_gaze = false);
+// Whose views are drawn: cameras in turn, or where a person is.
+enum class Views { Cameras, Window, Headset };
+// Tier, backend, memory, foveation, reuse, detail, levels.
+void addRunOptions(CLI::App& app, PlayOptions& options, Views views = Views::Cameras);
 // --shard; `what` is split: "the frames". Every shard of it keeps what it has done in `file`, "--stats".
 void addShard(CLI::App& app, PlayOptions& options, const char* what, const char* file);
 void addScoreFrames(CLI::App& app, ScoreOptions& score); // --score-every, --score-first
-void addTargetOption(CLI::App& app, PlayOptions& options);
+void addTargetOption(CLI::App& app, PlayOptions& options, Views views = Views::Cameras);
 void addFirstPicture(CLI::App& app, PlayOptions& options); // of what is watched while it loads
 void settleFirstPicture(PlayOptions& options);             // after parsing: tier exact waits for the file
 

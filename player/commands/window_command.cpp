@@ -69,8 +69,8 @@ void addWindowCommand(CLI::App& root, Invocation& invocation)
     addCameras(command, options->play);
     addFrames(command, options->play);
     addViewOptions(command, options->play, formatString("%ux%u", kWindowWidth, kWindowHeight));
-    addRunOptions(command, options->play);
-    addTargetOption(command, options->play);
+    addRunOptions(command, options->play, Views::Window);
+    addTargetOption(command, options->play, Views::Window);
     addWorkerOptions(command, options->play);
     addReporterOptions(command, invocation.reporter, false);
     setFooter(command, kWindowExamples);

@@ -137,8 +137,8 @@ void addXrCommand(CLI::App& root, Invocation& invocation)
     addCameras(command, choice->xr.play);
     addFrames(command, choice->xr.play);
     addLookOptions(command, choice->xr.play);
-    addRunOptions(command, choice->xr.play, true);
-    addTargetOption(command, choice->xr.play);
+    addRunOptions(command, choice->xr.play, Views::Headset);
+    addTargetOption(command, choice->xr.play, Views::Headset);
     addWorkerOptions(command, choice->xr.play);
     addReporterOptions(command, invocation.reporter, false);
     setFooter(command, kXrExamples);

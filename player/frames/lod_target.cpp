@@ -76,10 +76,12 @@ std::optional<FrameGuard> checkedGuard(const Scene& scene, const std::string& mo
     if (choice.target_ms > 0 && !guard)
         throw Error(ErrorCode::Usage,
                     formatString("--target-ms %g: has no effect on %s, which has one level of detail and is not drawn "
-                                 "coarse with this backend, tier and cameras, expected something to give up; pass "
-                                 "--tier fast without --reuse and a trajectory or, in a headset or window, "
-                                 "--foveation fixed, or leave it out",
-                                 choice.target_ms, model.c_str()));
+                                 "coarse with this backend%s tier%s, expected something to give up; pass --tier fast "
+                                 "without --reuse%s, or leave it out",
+                                 choice.target_ms, model.c_str(), choice.on_path ? " and" : ",",
+                                 choice.on_path ? "" : " and cameras",
+                                 choice.on_path ? " or, in a headset or window, --foveation fixed"
+                                                : " and two cameras or more of a trajectory"));
     return guard;
 }
 

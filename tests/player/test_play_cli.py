@@ -291,15 +291,26 @@ class PlayCliTest(PlayTest):
         for options in (("--tier", "exact"), ("--reuse", "depth"), ("--backend", "cpu-reference")):
             for out in (outputs, ("--out", "-"), ("--stats", "-")):
                 self.refused(*base, "--cameras", self.path, *options, *out, code=1, says="--target-ms 5: has no effect on")
-        self.refused(*base, *outputs, code=1, says="backend, tier and cameras")  # the stored ones are none
+        for cameras in ((), ("--cameras", self.path, "--frames", "1:2")):  # the stored ones are none
+            self.refused(*base, *cameras, *outputs, code=1, says="backend, tier and cameras, expected something to give up; pass "
+                         "--tier fast without --reuse and two cameras or more of a trajectory, or leave it out")
+
+    def test_help_of_detail(self) -> None:
+        for command, plays in (((), True), (("bench",), True), (("live",), True), (("window",), False), (("xr",), False)):
+            text = " ".join(self.play(*command, "--help").stdout.split())
+            self.assertIn("--detail PIXELS", text)
+            self.assertEqual("in no order" in text, plays, command)
 
     def test_detail_is_for_paths(self) -> None:
         """Cameras in no order, and one alone, are drawn as without it, byte by byte."""
         cameras = {"camera_angle_x": 1.2, "frames": [
-            {"file_path": f"{i}", "transform_matrix": [[1, 0, 0, -2], [0, -1, 0, -2], [0, 0, -1, -16 - i], [0, 0, 0, 1]]}
+            {"file_path": f"{i}", "transform_matrix": [[1, 0, 0, -2], [0, -1, 0, -2], [0, 0, -1, -60 - i], [0, 0, 0, 1]]}
             for i in range(4)]}
         (self.folder / "photos.json").write_text(json.dumps(cameras))
+        far = [frame | {"position": [-2, -2, -60 - i]} for i, frame in enumerate(TRAJECTORY["frames"])]
+        self.path.write_text(json.dumps(TRAJECTORY | {"frames": far}))
         base = (self.model, "--size", "48x32", "--progress", "none", "-w", "--stats", "s.jsonl")
+        copies = 0
         for given, why in (((), f"the cameras of {self.model} are in no order"),
                            (("--cameras", "photos.json"), "the cameras of photos.json are in no order"),
                            (("--cameras", self.path, "--frames", "1:2"), f"one camera of {self.path} is played"),
@@ -309,8 +320,8 @@ class PlayCliTest(PlayTest):
             report = json.loads(run.stdout)
             check_schema("play-report", report)
             detail = 0 if why else 2
-            warned = [f"detail 2: {why}, expected a trajectory, whose frames draw what those before them made; "
-                      "drawn as without detail"] if why else []
+            warned = [f"detail 2: {why}, expected two frames or more of a trajectory, which draw what those before them "
+                      "made; drawn as without detail"] if why else []
             self.assertEqual((report["detail"], report["warnings"]), (detail, warned))
             self.assertEqual(run.stderr, "".join(f"warning: {text}\n" for text in warned))
             self.assertEqual(self.play(*base, *given, "--detail", "2", "-q").stderr, "")
@@ -318,8 +329,10 @@ class PlayCliTest(PlayTest):
                 line = json.loads(line)
                 groups = sum(line[f"groups_{name}"] for name in ("near", "kept", "stale", "made"))
                 self.assertEqual((line["detail"], groups > 0), (detail, detail > 0))
+                copies += line["groups_kept"] + line["groups_made"]
             for plain in self.folder.glob("plain_*.pfm") if why else ():
                 self.assertEqual(plain.read_bytes(), (self.folder / plain.name.replace("plain", "turbo")).read_bytes())
+        self.assertGreater(copies, 0)  # so there is something that the others went without
 
     def test_one_decode_for_both_eyes(self) -> None:
         both = ("--eyes", "2", "--ipd", "0.5")
