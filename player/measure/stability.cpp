@@ -17,6 +17,7 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
+#include <set>
 
 namespace gsc {
 
@@ -209,6 +210,11 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
             own.push_back(i);
             total += lengths[i];
         }
+    std::set<std::string> told; // a trajectory may be listed twice
+    for (const size_t i : own)
+        if (told.insert(paths[i].no_path).second)
+            (void)choiceOn(paths[i].no_path, play.frame,
+                           log); // also of those that are done: the report is of them, too
     for (const size_t i : own) {
         const OrderedJson* const row = rows ? rows->find(i) : nullptr;
         if (row != nullptr) {
@@ -216,7 +222,8 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
             ++summary.paths_before;
         } else {
             log.progressPart(paths[i].name);
-            const FrameChoice choice = choiceOn(paths[i].no_path, play.frame, log);
+            FrameChoice choice = play.frame;
+            choice.on_path = paths[i].no_path.empty();
             const RunResult run = measurer.run(paths[i], summary.backend, frameOptions(*scene, choice),
                                                [&](uint64_t done) { log.progress("render", before + done, total); });
             summary.paths.push_back(judged(options, paths[i], run));

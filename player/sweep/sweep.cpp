@@ -115,9 +115,6 @@ public:
                                               {"lod_fade", run.lod_fade},
                                               {"lod_hysteresis", run.lod_hysteresis}})
                 checkLevelChoice(*m_scene, options.play.model.file, options.sweep + ": a run has " + axis, value);
-        if (const auto coarse = std::ranges::max_element(m_runs, {}, &RunConfig::detailPixels); coarse != m_runs.end())
-            for (const Path& path : m_paths)
-                (void)choiceOn(path.no_path, *coarse, log);
         std::set<std::string> backends;
         for (const RunConfig& run : m_runs)
             if (backends.insert(run.backend).second)
@@ -125,6 +122,7 @@ public:
         for (RunConfig& run : m_runs)
             run.backend = m_measurer->nameOf(run.backend);
         plan(options);
+        warnOfDetail();
     }
 
     void runAll(const std::function<void(const RunRow&)>& show)
@@ -204,6 +202,16 @@ private:
                                          options.out.c_str(), m_given_shard.c_str()));
             checkShardRow(*row.shard, *m_shard, options.out, "--out");
         }
+    }
+
+    // Of each path that this shard draws.
+    void warnOfDetail()
+    {
+        std::set<const Path*> told;
+        for (const Task& task : m_tasks)
+            if (told.insert(task.path).second)
+                (void)choiceOn(task.path->no_path, *std::ranges::max_element(m_runs, {}, &RunConfig::detailPixels),
+                               m_log);
     }
 
     RunRow rowOf(const Task& task)

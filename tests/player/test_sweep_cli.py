@@ -225,10 +225,34 @@ class SweepTest(unittest.TestCase):
         told = [(row["config"]["trajectory"], row["config"]["detail"]) for row in self.rows()]
         self.assertEqual(told, [("stored", 0), ("walk", 0), ("walk", 2), ("walk", 4)])
         self.assertIn("4 of 4 runs were in the file", self.sweep().stderr)
+        self.write(axes={"detail": [0, 2]}, trajectories=["stored", "stored", "paths/first.json", "paths/second.json"])
+        shards = []
+        for i in (1, 2, 3):  # which warn of what they draw, once, and again where it is done
+            for _ in range(2):
+                self.out = self.folder / f"s{i}.jsonl"
+                said = self.sweep("--shard", f"{i}/3").stderr
+                cameras = {row["config"]["cameras"] for row in self.rows()}
+                self.assertEqual(said.count("are in no order"), int("stored" in cameras), (cameras, said))
+            shards.append("stored" in cameras)
+        self.assertEqual(sum(shards), 1)
         run = self.stability("--trajectories", "c/paths/first.json", "--frames", "0:1", "--detail", "3", "--bound-temporal", "0",
-                             "--format", "json")
-        self.assertIn("detail 3: one camera of c/paths/first.json is played", run.stderr)
-        self.assertEqual(len(json.loads(run.stdout)["warnings"]), 1)
+                             "--format", "json")  # a view at rest
+        self.assertEqual((run.stderr, json.loads(run.stdout)["warnings"]), ("", []))
+
+    def test_stability_says_what_is_no_path(self) -> None:
+        """Once for each camera file that a shard draws, and also where its rows are there already."""
+        photos = {"camera_angle_x": 1.2, "frames": [
+            {"file_path": f"{i}", "transform_matrix": [[1, 0, 0, -2], [0, -1, 0, -2], [0, 0, -1, -16 - i], [0, 0, 0, 1]]}
+            for i in range(4)]}
+        (self.folder / "photos.json").write_text(json.dumps(photos))
+        files = ("--trajectories", "photos.json", "photos.json", "c/paths/second.json", "--detail", "2", "--format", "json")
+        warned = ["detail 2: the cameras of photos.json are in no order, expected two frames or more of a trajectory, which draw "
+                  "what those before them made; drawn as without detail"]
+        for shard, texts in (((), warned), (("--shard", "1/2", "--out", "s1.jsonl"), warned),
+                             (("--shard", "2/2", "--out", "s2.jsonl"), [])):
+            for _ in range(2):
+                report = json.loads(self.stability(*files, *shard).stdout)
+                self.assertEqual(report["warnings"], texts, shard)
 
     def test_foveation(self) -> None:
         """A CPU draws everything: the same pictures, told apart by their configuration."""
