@@ -21,8 +21,8 @@ constexpr double kRecordFps = 72; // as the paths that `gsc sample paths` makes 
 
 void WindowSession::compareAtRest()
 {
-    if (m_settings.compare != CompareMode::Off && m_settings.view == FrameView::Picture && m_attempts == 0 &&
-        !m_shown.empty())
+    const bool is_last = !m_changed && !m_again && !m_shown.empty(); // the picture shown
+    if (m_settings.compare != CompareMode::Off && m_settings.view == FrameView::Picture && m_attempts == 0 && is_last)
         m_comparison.advance(now(), pose(m_view), frameOptionsNow());
 }
 

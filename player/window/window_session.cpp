@@ -115,8 +115,9 @@ WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const
 
 bool WindowSession::idle() const
 {
-    return !m_dirty && !m_changed && !m_again && !m_seeks && !m_controls.moving() && !m_navigator.moves() && !m_plays &&
-           !m_source.waiting() && (m_settings.compare == CompareMode::Off || !m_comparison.underWay());
+    const bool asks = (m_changed || m_again || m_seeks) && hasSize();
+    return !m_dirty && !asks && !m_controls.moving() && !m_navigator.moves() && !m_plays && !m_source.waiting() &&
+           (m_settings.compare == CompareMode::Off || !m_comparison.underWay());
 }
 
 bool WindowSession::step()
@@ -140,7 +141,7 @@ bool WindowSession::step()
         return false;
     takePanel();
     move(seconds);
-    if (m_input.width > 0 && m_input.height > 0)
+    if (hasSize())
         ask();
     takePicture();
     compareAtRest();
@@ -350,9 +351,10 @@ void WindowSession::ask()
     }
     if (wanted == m_view && !m_changed && !m_again)
         return;
-    m_comparison.moved(now());
-    if (m_changed || !(wanted == m_view))
+    if (m_changed || !(wanted == m_view)) {
+        m_comparison.moved(now());
         m_rest.changed();
+    }
     m_view = wanted;
     m_changed = m_again = false;
     try {

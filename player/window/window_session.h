@@ -60,6 +60,7 @@ private:
     void say(const std::string& message);
     void hold(double frame_ms);
     [[nodiscard]] bool idle() const;
+    [[nodiscard]] bool hasSize() const { return m_input.width > 0 && m_input.height > 0; } // it is not minimised
     [[nodiscard]] bool compares() const { return m_comparison.ready() && m_settings.compare != CompareMode::Off; }
     [[nodiscard]] Camera lens(uint32_t width, uint32_t height) const;
     [[nodiscard]] View view() const;

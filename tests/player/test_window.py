@@ -14,6 +14,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 import window_case
@@ -304,6 +305,22 @@ class WindowTest(unittest.TestCase):
         self.assertEqual((line["psnr"], line["flip"]), (None, 0))
         self.closed(window)
 
+    def test_compare_with_detail(self) -> None:
+        """Begins behind the last picture of a view whose coarse copies are made, so that nothing of it is thrown away."""
+        window = self.open("room", "--detail", "1")
+        window.display.xdo("windowsize", window.id, 1000, 700)
+        window.line(lambda line: line["size"] == [1000, 700] and line["pose"] == line["asked"], len(window.lines()))
+        window.settle()
+        before = self.compared(window, "x", "split")
+        start = len(window.lines())
+        with window.slowed():  # pictures take longer than a pose has to rest
+            window.display.xdo("key", "g")
+            window.line(lambda line: line["asked"] > before["asked"] and line["shows"] == "split", start)
+        self.closed(window)
+        asked = sorted({line["asked"] for line in window.lines() if line["asked"] > before["asked"]})
+        self.assertGreater(len(asked), 1)
+        self.assertEqual(asked, list(range(before["asked"] + 3, before["asked"] + 3 + len(asked))))  # 2 were compared
+
     def check_on_screen(self, wanted: Picture) -> None:
         """In the middle, where no text lies."""
         part = (0, wanted.height // 3, wanted.width, 2 * wanted.height // 3)
@@ -410,6 +427,23 @@ class WindowTest(unittest.TestCase):
         window = self.open("room")
         self.closed(window)
         self.assertRegex(window.out.read_text(), r"^\d+ frames in [\d.]+ s; \d+ poses: \d+ shown")
+
+    def test_minimised(self) -> None:
+        """Nothing is done for a picture that cannot be shown."""
+        window = self.open("room", "--detail", "2")
+        window.display.xdo("windowunmap", window.id)
+        window_case.until(lambda: window.rests() or None, "the end of the log's growth while nothing is to be seen")
+        seen = window.lines()[-1]
+        window.display.xdo("key", "--window", window.id, "t")  # wants another picture
+        time.sleep(0.5)
+        turns = window.turns()
+        time.sleep(1)
+        self.assertLess(window.turns() - turns, 60)
+        window.display.xdo("windowmap", window.id)
+        window.focus()
+        self.assertRegex(window.line(lambda line: "T" in line["keys"], seen["frame"])["said"], "^exact")
+        window.line(lambda line: line["asked"] > seen["asked"] and line["pose"] == line["asked"], seen["frame"])
+        self.closed(window)
 
     def test_display_goes(self) -> None:
         display = Display(self.folder / "display")

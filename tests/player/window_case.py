@@ -2,6 +2,7 @@
 """A display of the test's own, and gsc-play window on it: keys and mouse in, lines of the log and pictures out."""
 
 import array
+import contextlib
 import ctypes
 import json
 import os
@@ -13,6 +14,7 @@ import signal
 import struct
 import subprocess
 import sys
+import threading
 import time
 import zlib
 
@@ -264,6 +266,31 @@ class Window:
         lines = len(self.lines())
         time.sleep(0.5)
         return len(self.lines()) == lines
+
+    def turns(self) -> int:
+        """How often its main thread has waited."""
+        status = pathlib.Path(f"/proc/{self.process.pid}/task/{self.process.pid}/status").read_text()
+        return int(status.rpartition("\nvoluntary_ctxt_switches:")[2].split()[0])
+
+    @contextlib.contextmanager
+    def slowed(self):
+        """As on a machine that has little time for it: stopped for most of the time."""
+        done = threading.Event()
+
+        def stops() -> None:
+            while not done.is_set():
+                self.process.send_signal(signal.SIGSTOP)
+                time.sleep(0.18)
+                self.process.send_signal(signal.SIGCONT)
+                time.sleep(0.004)
+
+        thread = threading.Thread(target=stops)
+        thread.start()
+        try:
+            yield
+        finally:
+            done.set()
+            thread.join()
 
     # --- a person
 
