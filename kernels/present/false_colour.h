@@ -48,8 +48,8 @@ GSC_HD FalseColour levelColour(int32_t level)
     return colours[(level % 12 + 12) % 12];
 }
 
-// FrameView::Age, of frames since the anchor was decoded: blue 0, cyan 3, green 15, yellow 63, red from 255 on. Between
-// these it goes with logSteps().
+// FrameView::Age, of frames since the anchor was decoded or its coarse copy made: blue 0, cyan 3, green 15, yellow 63, red
+// from 255 on. Between these it goes with logSteps().
 GSC_HD FalseColour ageColour(uint32_t frames)
 {
     const FalseColour blue{0, 0, 1}, cyan{0, 1, 1}, green{0, 1, 0}, yellow{1, 1, 0}, red{1, 0, 0};

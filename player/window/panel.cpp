@@ -72,7 +72,7 @@ Panel::Panel(const ViewLimits& limits, std::vector<std::string> cameras, Overlay
     item("two eyes").enabled = limits.no_stereo.empty();
     add(Kind::Colour, "background");
     add(Kind::Choice, "view", "V");
-    item("view").choices = {"picture", "level", "age of reuse", "cost", "detail"};
+    item("view").choices = {"picture", "level", "age", "cost", "detail"};
     add(Kind::Choice, "against exact", "X; at rest");
     item("against exact").choices = {"off", "split", "difference"};
     add(Kind::Slider, "split", "[ and ]");

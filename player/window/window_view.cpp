@@ -117,8 +117,7 @@ std::string WindowSession::settingsText() const
         text += formatString(", level bias %g", choice.lod_bias);
     if (choice.lod_fade != 0)
         text += formatString(", level fade %g", choice.lod_fade);
-    constexpr const char* kViews[] = {"", ", colours: level", ", colours: age of reuse", ", colours: cost",
-                                      ", colours: detail"};
+    constexpr const char* kViews[] = {"", ", colours: level", ", colours: age", ", colours: cost", ", colours: detail"};
     return text + kViews[size_t(m_settings.view)];
 }
 

@@ -190,7 +190,7 @@ class WindowTest(unittest.TestCase):
         window.key("F2", "Down", "Down", "space", "Up", "Escape", "F1", "Tab", "Escape", "Home", "1")
         before = window.settle()["position"]
         self.assertNotEqual(window.hold("w", poses=4)["position"], before)  # the keyboard is the flight's again
-        for view in ("age of reuse", "cost", "detail", None):  # level was before
+        for view in ("age", "cost", "detail", None):  # level was before
             start = len(window.lines())
             window.display.xdo("key", "v")
             said = window.line(lambda line: line["said"], start)["said"]

@@ -116,7 +116,7 @@ enum class StereoMode : uint32_t {
 enum class FrameView : uint32_t {
     Picture = 0, // what the model looks like
     Level = 1,   // of a Gaussian: the level of its anchor
-    Age = 2,     // of a Gaussian: frames since its anchor was decoded, 0 = in this one
+    Age = 2,     // of a Gaussian: frames since its anchor was decoded or its coarse copy made, 0 = in this one
     Cost = 3,    // of a pixel: Gaussians evaluated for it, which EyeCounts::blend_evaluations sums up
     Detail = 4,  // of a Gaussian: whether its group of anchors is near, kept, stale or made (CoarseCounts)
 };
