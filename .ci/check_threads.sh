@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# What runs on several threads, under ThreadSanitizer: the renderers, reuse, archives and our own thread pool, without
-# TBB, which is not built for it.
+# Runs the tests of code with several threads under ThreadSanitizer: the renderers, reuse, the service, archives
+# and our own thread pool, without TBB, which is not built for it.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 tests=(test_renderer test_reuse test_parallel_threads test_service test_archive)

@@ -11,8 +11,8 @@
 # left out there, and it starts from SIZE 512x512, FRAMES 120, WARMUP 30 and FLIP 4: two minutes for a sample of
 #   gsc sample city --anchors 100k -o city && gsc convert city -o city.gsc && gsc bake city.gsc -o city50.gsc --target-psnr 50
 #   samples/frontier.sh city.gsc city50.gsc
-# OUT/rows.jsonl holds the rows. What is in OUT already is not measured again; remove it after a change. For a chart of
-# what a machine measured that has no gsc with figures:
+# OUT/rows.jsonl holds the rows. Measurements that are in OUT already are not made again; remove them after a change. To
+# draw elsewhere the rows of a machine whose gsc has no figures:
 #   samples/frontier.sh --draw rows.jsonl && cp out/frontier/figures/flight-accuracy.svg samples/frontier.svg
 set -euo pipefail
 if [ $# -lt 1 ] || { [ "$1" = --draw ] && [ $# -lt 2 ]; }; then

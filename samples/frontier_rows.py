@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What samples/frontier.sh needs to score a model that was baked against the model that it was made from.
+"""Helps samples/frontier.sh to score a model that was baked against the model that it was made from.
 
 frontier_rows.py poses FLIGHT.json FRAMES|null EVERY
     the trajectory with every EVERY-th of its first FRAMES frames

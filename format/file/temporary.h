@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is written before it has its name: a file or a folder `.NAME.<16 hex digits>.gsc-tmp` beside its target, locked
+// File or folder that is written before it gets its name: `.NAME.<16 hex digits>.gsc-tmp` beside its target, locked
 // (flock) as long as its owner lives. One that can be locked belongs to nobody: a killed program left it.
 // note: an NFS mount with local locks (nolock, local_lock=flock) does not see owners on other machines
 #pragma once

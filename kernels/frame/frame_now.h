@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every frame has anew. It opens the arguments of every kernel that needs it, as their base or in their first
+// Values that change with every frame. They open the arguments of every kernel that needs them, as base or in the first
 // member, so that a captured graph is brought up to date by one loop (runtime/cuda/frame/frame_graph.h). Plain data.
 #pragma once
 

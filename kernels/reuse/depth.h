@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What reuse is counted in, and ReusePolicy::Depth, the GS-Cache paper's Algorithm 1: the same on a CPU and on a GPU.
+// Strips, the unit of reuse, and ReusePolicy::Depth, the GS-Cache paper's Algorithm 1: the same on a CPU and on a GPU.
 #pragma once
 
 #include <gsc/frame_types.h>

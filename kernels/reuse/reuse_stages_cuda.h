@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a frame with reuse does in place of plain stages: it lists strips in place of anchors, decodes what is due
-// into entries, and draws entries. Between the two the schedule decides (reuse_cuda.h).
+// Stages of a frame with reuse, in place of the plain ones: it lists strips in place of anchors, decodes those that are
+// due into entries, and draws entries. Between listing and decoding the schedule decides (reuse_cuda.h).
 #pragma once
 
 #include "kernels/decode/fast/decode_fast_cuda.h"

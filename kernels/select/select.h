@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which anchors an eye sees: LOD mask, then the rasteriser's own visibility test (format facts 5).
+// Selection of anchors that eyes see, on a CPU: LOD mask, then the rasteriser's own visibility test (format facts 5).
 #pragma once
 
 #include "kernels/simd/buffer.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What Highway's headers call of Highway's library (the choice of an instruction set, and in debug builds Abort), for
+// Functions of Highway's library that its headers call (choice of an instruction set, and in debug builds Abort), for
 // programs that are to be one file: the distributions have that library only as a shared one.
 #include "kernels/simd/simd_support.h"
 

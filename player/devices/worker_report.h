@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What devices that draw together did, for the reports.
+// Counts, times and states of devices that draw together, for the reports.
 #pragma once
 
 #include "runtime/cli/json.h"

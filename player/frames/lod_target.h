@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked of a model's levels, whether there are levels at all, and what --target-ms may take of frames.
+// Checks of options that need a model with levels, and the guard of --target-ms with what it may take from frames.
 #pragma once
 
 #include "player/options/frame_choice.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What ranks of gsc-play-mpi say to each other. All ranks run the same build on the same kind of machine, so plain
+// Messages between the ranks of gsc-play-mpi. All ranks run the same build on the same kind of machine, so plain
 // structs go as they are; main_mpi.cpp refuses a rank of another build before the first of them is sent.
 //
 // Rank 0 sends a WireRequest (of Open, a WireOpen follows under the renderer's tag). The other answers Open and Draw

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of a run's tasks this process does: --shard. Every shard makes the same plan and takes its own part of it, so
+// Tasks of a run that this process does: --shard. Every shard makes the same plan and takes its own part of it, so
 // none has to know of the others.
 #pragma once
 

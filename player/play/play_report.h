@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What gsc-play prints on standard output when it is done.
+// Report that gsc-play prints on standard output when it is done.
 #pragma once
 
 #include "player/play/play.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lies over the picture: a panel of facts, plots and controls, help, and lines of text. Plain data; the presenter draws
-// it and writes into it what the person changes.
+// Overlay of the picture: a panel of facts, plots and controls, help, a legend of colours and lines of text. Plain
+// data; the presenter draws it and writes into it what the person changes.
 #pragma once
 
 #include <cstdint>

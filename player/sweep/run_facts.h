@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run was and what came of it, as its row has it and as a line of a table.
+// Configuration and results of a run, as its run row and as a line of a table.
 #pragma once
 
 #include "player/measure/runner.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What keys, mouse and gamepad mean in the window.
+// Actions and motion that keys, mouse and gamepad ask of the window.
 #pragma once
 
 #include "player/present/presenter.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a person saw, as a trajectory (schemas/trajectory.schema.json) that every command draws again.
+// Recording of a person's views, as a trajectory (schemas/trajectory.schema.json) that every command draws again.
 #pragma once
 
 #include <gsc/camera.h>

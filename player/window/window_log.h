@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the window did, a JSON line for every frame that it showed (schemas/window-log.schema.json).
+// Log of the window: a JSON line for every frame that it showed (schemas/window-log.schema.json).
 #pragma once
 
 #include "runtime/cli/json.h"

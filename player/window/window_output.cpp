@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a window shows and writes.
+// Output of a window: pictures and overlay that it shows; screenshots, recordings and log lines that it writes.
 #include "player/window/window_session.h"
 
 #include <gsc/error.h>

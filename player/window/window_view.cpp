@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a window asks a picture of: where the viewer is, through which lens, and with which settings.
+// Request of a window for a picture: the viewer's place, the lens and the settings.
 #include "player/window/window_session.h"
 
 #include <gsc/error.h>

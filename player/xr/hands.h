@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What hands do to the place of a headset in the world: hold and pull it, walk with a stick, turn, go where they point.
-// Knows no headset and no clock.
+// Moves the place of a headset in the world as hands ask: hold and pull the world, walk with a stick, turn, go where
+// they point. Knows no headset and no clock.
 #pragma once
 
 #include "player/present/headset/headset.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which squares of an eye's picture nobody sees, because the lens in front of it hides them. Knows no headset.
+// Squares of an eye's picture that nobody sees, because the lens in front of it hides them. Knows no headset.
 #pragma once
 
 #include <gsc/frame_types.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What each view of a headset shows of its picture, kept up with the masks that the runtime tells and with the angles of
-// the eyes.
+// Part of its picture that each view of a headset shows, kept up with the masks that the runtime tells and with the
+// angles of the eyes.
 #pragma once
 
 #include "runtime/cli/reporter.h"

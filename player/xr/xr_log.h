@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happened in each frame of a headset: lines in a file, and the sums of a whole run.
+// Log of a headset's frames: a line of a file for each, and the sums of a whole run.
 #pragma once
 
 #include "runtime/cli/json_lines.h"

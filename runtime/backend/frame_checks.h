@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every renderer asks of a model and of a frame before it draws.
+// Checks of a model and of a frame that every renderer makes before it draws.
 #pragma once
 
 #include <gsc/renderer.h>

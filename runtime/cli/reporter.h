@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a command says: its result on stdout, everything else on stderr.
+// Output of a command: its result on stdout, everything else on stderr.
 #pragma once
 
 #include <gsc/error.h>

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# What shells and man need of a program: completions and a manual page for every command, printed by the program itself.
-# As a script, cmake -DPROGRAM=FILE -DNAME=NAME -DOUT=FOLDER -P shell_files.cmake, it writes them.
+# Completions for shells and a manual page for every command of a program, printed by the program itself.
+# As a script, cmake -DPROGRAM=FILE -DNAME=NAME -DOUT=FOLDER -P shell_files.cmake, this file writes them.
 if(CMAKE_SCRIPT_MODE_FILE)
   function(print file)
     execute_process(COMMAND ${PROGRAM} ${ARGN} OUTPUT_FILE ${OUT}/${file} COMMAND_ERROR_IS_FATAL ANY)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a mistyped word may have meant, and lists of words in messages.
+// Suggestion of a known word for a mistyped one, and lists of words in messages.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What both programs do around their commands: parse, help, completion, manual pages, errors and exit codes.
+// Work of both programs around their commands: parsing, help, completion, manual pages, errors and exit codes.
 #pragma once
 
 #include <gsc/error.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a program says of itself.
+// Version and commit of the tools, and the text of --version.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What OpenImageIO adds to image_io.cpp: the module gsc_image_oiio.
+// Functions by which image_io.cpp writes and reads images with OpenImageIO: the module gsc_image_oiio.
 #pragma once
 
 #include "runtime/image/image_io.h"
@@ -9,7 +9,7 @@
 
 namespace gsc {
 
-// That OpenVDB's log, which OpenImageIO brings along, starts when it is loaded.
+// Threads that OpenVDB's log, which OpenImageIO brings along, starts when it is loaded.
 constexpr size_t kOiioThreads = 4;
 
 struct OiioImageFunctions {

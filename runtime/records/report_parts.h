@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What several reports of the player say in the same words.
+// Parts that several reports share: statistics, and facts of the tool, the file, the device and reuse.
 #pragma once
 
 #include "runtime/records/record.h"

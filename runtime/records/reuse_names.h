@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may be kept between frames, and shared by the eyes, as command lines, sweeps and reports name it.
+// Names of tiers, of stereo modes and of reuse in command lines, sweeps and reports, and limits of numbers given there.
 #pragma once
 
 #include <gsc/frame_types.h>

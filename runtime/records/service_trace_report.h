@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a renderer service did in a run, as one line of JSON (schemas/service-trace.schema.json): written by what runs it,
+// Report of a renderer service's run, as one line of JSON (schemas/service-trace.schema.json): written by what runs it,
 // read by gsc chart. Names are those of runtime/service/service_trace.h. Times are seconds since the service began.
 #pragma once
 

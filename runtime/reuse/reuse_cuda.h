@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the CUDA backend keeps of decoded Gaussians from frame to frame (design sections 4 and 5): its memory and what the
-// kernels must know of a frame. They decide everything else (kernels/reuse/reuse_cuda.h).
+// Decoded Gaussians that the CUDA backend keeps from frame to frame (design sections 4 and 5): their memory and what
+// the kernels must know of a frame. The kernels decide everything else (kernels/reuse/reuse_cuda.h).
 //
-// Unlike the CPU's: only ReusePolicy::Depth; frames of more than one pass, which only scarce memory brings about, decode
-// everything and keep nothing; a new limit of memory forgets what is kept.
+// Differences from the CPU's: only ReusePolicy::Depth; frames of more than one pass, which only scarce memory brings
+// about, decode everything and keep nothing; a new limit of memory forgets what is kept.
 #pragma once
 
 #include "kernels/reuse/reuse_stages_cuda.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What callers ask of a service: start, submit, next, and the numbers.
+// Functions that callers of a service use: start and stop, submit, next, and the numbers.
 #include "runtime/service/renderer_service.h"
 
 #include <gsc/error.h>

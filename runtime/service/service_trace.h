@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a renderer service did: counts while it runs, and a record of every pose and worker for those who ask for one.
+// Counts of a renderer service while it runs, and a record of every pose and worker for those who ask for one.
 #pragma once
 
 #include <gsc/device.h>

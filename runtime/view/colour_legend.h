@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the colours of a FrameView mean.
+// Meanings of the colours of a FrameView.
 #pragma once
 
 #include <gsc/frame_types.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What two eyes have in common.
+// Test whether the two eyes of a frame see equal depths.
 #pragma once
 
 #include <gsc/frame_types.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a person's hands and eyes do, from OpenXR's actions: grab, stick, teleport, menu, two poses of each hand, and gaze.
+// Input of hands and eyes, from OpenXR's actions: grab, stick, teleport, menu, two poses of each hand, and gaze.
 #pragma once
 
 #include "player/present/headset/headset.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lenses hide of the views (XR_KHR_visibility_mask), kept as the runtime says it.
+// Meshes of what lenses hide of the views (XR_KHR_visibility_mask), kept as the runtime states them.
 #pragma once
 
 #include "player/present/headset/xr_runtime.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the two ways of the CPU backend to decode a frame share: what they fill and what they count.
+// Outputs, scratch memory and counters of all ways to decode a frame on a CPU: plain, with reuse, with coarse copies.
 #pragma once
 
 #include "kernels/simd/buffer.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the driver's management library knows and CUDA does not tell: driver version, clocks, memory in use.
+// Facts from the driver's management library (NVML), which CUDA does not tell: driver version, clocks, memory in use.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a frame cost, as one line of JSON (schemas/frame-stats.schema.json).
+// Counts and times of a frame, with its settings, as one line of JSON (schemas/frame-stats.schema.json).
 #pragma once
 
 #include <gsc/frame_types.h>

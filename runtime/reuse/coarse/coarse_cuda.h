@@ -36,7 +36,7 @@ public:
     [[nodiscard]] uint64_t bytes() const { return m_arena.bytes(); }
 
 private:
-    // Does one kernel decide? Of workers that share poses it does not: so both ways are drawn from, of few groups, too.
+    // Does one kernel decide? Workers that share poses use several: so both ways are drawn from, of few groups, too.
     [[nodiscard]] bool decidesAtOnce(const DeviceScene& scene) const
     {
         return scene.model().params.group_count <= kCoarseFewGroups && !m_unlimited;

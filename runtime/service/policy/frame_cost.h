@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a frame will cost, from what frames before it counted: weights of the counts are learned from the times, and the
-// counts go on as they have changed. Pure.
+// Prediction of a frame's time from the counts of frames before it: weights of the counts are learned from the times,
+// and the counts are taken to go on as they have changed. Pure.
 #pragma once
 
 #include <gsc/frame_types.h>
