@@ -3,7 +3,7 @@
 """Fails if a sentence of a comment, a docstring or a page opens with "What", "Of", "The same" or "Which".
 
 Such a sentence has no subject that a reader knows; a noun or a verb comes first. Headings, quoted sentences, code and
-strings are left alone. Takes another source tree as its argument."""
+strings are left alone, as are folders of others' code and of builds. Takes another source tree as its argument."""
 import ast
 import io
 import re
@@ -13,7 +13,7 @@ from pathlib import Path
 
 ROOT = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).resolve().parent.parent)
 FOLDERS = (".ci", "convert", "format", "kernels", "player", "runtime", "samples", "schemas", "tests")
-OTHERS_CODE = ("convert/chart/echarts/", "convert/viewer/playcanvas/")
+OTHERS_CODE = re.compile(r"convert/(chart/echarts|viewer/playcanvas)/|(.*/)?(node_modules|build(-[^/]*)?)/")
 
 LIST_ITEM = r"(?:[-*+]|\d+[.)])[ \t]+"
 START = r"(?:\A|\n[ \t]*(?=\n)|\n[ \t]*(?=" + LIST_ITEM + r")|[.!?][\"')\]*_]*(?=\s))"
@@ -90,6 +90,11 @@ def openers(name, content):
     return sorted(found)
 
 
+# files that are not of the project, and files that are
+OTHERS = ("tests/viewers/node_modules/a/b.js", "node_modules/a.md", "convert/build/a.h", "tests/build-dev/deep/a.cpp",
+          "convert/chart/echarts/a.js", "convert/viewer/playcanvas/a.js")
+OWN = ("tests/viewers/a.js", "tests/build.cmake", "tests/rebuild/a.h", "tests/builder/a.h",
+       "player/my_node_modules/a.js", "tests/convert/chart/echarts/a.js")
 # (file, content, lines of what is found)
 OPENERS = ("What", "Of", "The same", "Which")
 CASES = [(name, content.replace("What", opener), lines) for opener in OPENERS for name, content, lines in (
@@ -122,13 +127,16 @@ CASES = [(name, content.replace("What", opener), lines) for opener in OPENERS fo
 )]
 
 problems, count = [], 0
+for names, is_others, wanted in ((OTHERS, True, "left out"), (OWN, False, "looked at")):
+    problems += [f"CASES: {name} is not {wanted}, expected it to be" for name in names
+                 if bool(OTHERS_CODE.match(name)) != is_others]
 for name, content, lines in CASES:
     found = openers(name, content)
     if (found and [line for line, _ in found]) != lines:
         problems.append(f"CASES: {name} {content!r}: found {found}, expected lines {lines}")
 for path in [*ROOT.iterdir(), *(path for folder in FOLDERS for path in (ROOT / folder).rglob("*"))]:
     name = path.relative_to(ROOT).as_posix()
-    if name.startswith(OTHERS_CODE) or not path.is_file():
+    if OTHERS_CODE.match(name) or not path.is_file():
         continue
     found = openers(name, path.read_text(errors="replace")) if any(map(name.endswith, READERS)) else None
     count += found is not None
