@@ -204,7 +204,7 @@ private:
         }
     }
 
-    // Of each path that this shard draws.
+    // Once for each path that this shard draws.
     void warnOfDetail()
     {
         std::set<const Path*> told;

@@ -9,7 +9,7 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kShareOfMemory = 5; // copies take at most one in so many bytes that are free
+constexpr uint64_t kShareOfMemory = 6; // copies take at most one in so many bytes that are free
 // Share of the Gaussians that a model can have that copies of all of its groups hold: less than a third where they are far
 // enough, seven in ten of which are alive.
 constexpr double kKeptShare = 0.3;
