@@ -22,7 +22,8 @@ struct CellSums {
     uint32_t keys[kCells];   // kNoKey: no cell
     uint32_t orders[kCells]; // the least of what was joined
     int32_t sums[kSums][kCells];
-    uint32_t count; // of cells
+    uint16_t places[kMostCells]; // of cells, of those that fit
+    uint32_t count;              // of cells
 };
 
 // A group as its warps need it.
@@ -40,7 +41,8 @@ __device__ __forceinline__ uint32_t placeOfCell(CellSums& cells, uint32_t key)
     for (uint32_t tries = 0; tries < kCells; ++tries) {
         const uint32_t was = atomicCAS(&cells.keys[at], kNoKey, key);
         if (was == kNoKey)
-            atomicAdd(&cells.count, 1u);
+            if (const uint32_t cell = atomicAdd(&cells.count, 1u); cell < kMostCells)
+                cells.places[cell] = uint16_t(at);
         if (was == kNoKey || was == key)
             return at;
         at = at + 1 == kCells ? 0 : at + 1;

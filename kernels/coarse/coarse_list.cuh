@@ -14,12 +14,19 @@ __device__ __forceinline__ uint32_t ringRoom(const CoarseTables& tables)
     return 2 * tables.page_count;
 }
 
+// Where the ring has the page `p`, at most its room, behind `from`.
+__device__ __forceinline__ uint32_t ringPlace(const CoarseTables& tables, unsigned long long from, uint32_t p)
+{
+    const uint32_t room = ringRoom(tables), at = uint32_t(from % room) + p;
+    return at >= room ? at - room : at;
+}
+
 // A copy's pages become free after this frame: those that this one takes were free before it.
 __device__ __forceinline__ void givePages(const CoarseTables& tables, uint32_t group, uint32_t pages)
 {
     const unsigned long long at = atomicAdd(&tables.free->given, static_cast<unsigned long long>(pages));
     for (uint32_t p = 0; p < pages; ++p)
-        tables.ring[(at + p) % ringRoom(tables)] = tables.page_of[size_t(group) * kMostPages + p];
+        tables.ring[ringPlace(tables, at, p)] = tables.page_of[size_t(group) * kMostPages + p];
 }
 
 // Counts a copy where select counts anchors: one for each eye and what an anchor gives.

@@ -168,6 +168,35 @@ __device__ __forceinline__ void makeStrip(const CoarseCudaArgs& args, MakeShared
     addOfWarp(&shared.small, small, lane);
 }
 
+// Takes the pages that a copy may need. One warp.
+__device__ __forceinline__ void takePages(const CoarseTables& tables, uint32_t (&pages)[kMostPages], uint32_t lane)
+{
+    unsigned long long from = 0;
+    if (lane == 0)
+        from = atomicAdd(&tables.free->taken, static_cast<unsigned long long>(kMostPages));
+    from = __shfl_sync(~0u, from, 0);
+    if (lane < kMostPages)
+        pages[lane] = tables.ring[ringPlace(tables, from, lane)];
+}
+
+// Gives back the `old` pages of a group's copy, and of those that were taken all but the first `kept`. One warp.
+__device__ __forceinline__ void keepPages(const CoarseTables& tables, uint32_t group, uint32_t old,
+                                          const uint32_t (&pages)[kMostPages], uint32_t kept, uint32_t lane)
+{
+    unsigned long long to = 0;
+    if (lane == 0)
+        to = atomicAdd(&tables.free->given, static_cast<unsigned long long>(old + kMostPages - kept));
+    to = __shfl_sync(~0u, to, 0);
+    uint32_t& own = tables.page_of[size_t(group) * kMostPages + min(lane, kMostPages - 1)];
+    if (lane < old)
+        tables.ring[ringPlace(tables, to, lane)] = own;
+    if (lane < kept)
+        own = pages[lane];
+    else if (lane < kMostPages)
+        tables.ring[ringPlace(tables, to, old + lane - kept)] = pages[lane];
+}
+static_assert(kMostPages <= 32);
+
 // kCompact: the model is compact. kBank: it has a feature bank, which makes the features depend on the place.
 template <bool kCompact, bool kBank>
 __global__ void __launch_bounds__(kThreads, kBlocks) makeKernel(const __grid_constant__ CoarseCudaArgs args)
@@ -203,12 +232,10 @@ __global__ void __launch_bounds__(kThreads, kBlocks) makeKernel(const __grid_con
             for (uint32_t s = 0; s < kSums; ++s)
                 shared.cells.sums[s][c] = 0;
         }
-        if (threadIdx.x == 0) {
+        if (threadIdx.x == 0)
             shared.alive = shared.small = shared.cells.count = shared.gaussians = 0;
-            const unsigned long long from = atomicAdd(&tables.free->taken, static_cast<unsigned long long>(kMostPages));
-            for (uint32_t p = 0; p < kMostPages; ++p)
-                shared.pages[p] = tables.ring[(from + p) % ringRoom(tables)];
-        }
+        if (warp == 0)
+            takePages(tables, shared.pages, lane);
         lookForShown(args, shared, record);
         __syncthreads();
         const uint32_t anchors = listShown(shared);
@@ -222,27 +249,18 @@ __global__ void __launch_bounds__(kThreads, kBlocks) makeKernel(const __grid_con
         const uint32_t large = shared.gaussians, cells = shared.cells.count;
         const bool far = fits && float(shared.small) >= kFarShare * float(shared.alive) && cells <= kMostCells &&
                          large + cells <= kMostGaussians;
-        __syncthreads();
         if (far)
-            for (uint32_t c = threadIdx.x; c < kCells; c += kThreads)
-                if (shared.cells.keys[c] != kNoKey) {
-                    const uint32_t to = atomicAdd(&shared.gaussians, 1u);
-                    storeCoarse(tables.pages[shared.pages[to / kPageGaussians]], to % kPageGaussians, group.frame,
-                                joined(shared.cells, group, args.view, c));
-                }
+            for (uint32_t c = threadIdx.x; c < cells; c += kThreads) {
+                const uint32_t to = large + c;
+                storeCoarse(tables.pages[shared.pages[to / kPageGaussians]], to % kPageGaussians, group.frame,
+                            joined(shared.cells, group, args.view, shared.cells.places[c]));
+            }
+        const uint32_t total = far ? large + cells : 0u;
+        CoarseGroup& kept = tables.groups[index];
+        if (warp == 0)
+            keepPages(tables, index, pagesOf(kept), shared.pages, (total + kPageGaussians - 1) / kPageGaussians, lane);
         __syncthreads();
         if (threadIdx.x == 0) {
-            CoarseGroup& kept = tables.groups[index];
-            const uint32_t total = far ? large + cells : 0u, pages = (total + kPageGaussians - 1) / kPageGaussians;
-            givePages(tables, index, pagesOf(kept));
-            uint32_t* const page_of = tables.page_of + size_t(index) * kMostPages;
-            const unsigned long long to =
-                atomicAdd(&tables.free->given, static_cast<unsigned long long>(kMostPages - pages));
-            for (uint32_t p = 0; p < kMostPages; ++p)
-                if (p < pages)
-                    page_of[p] = shared.pages[p];
-                else
-                    tables.ring[(to + p - pages) % ringRoom(tables)] = shared.pages[p];
             kept = {keyOf(args.view, cell),
                     uint32_t(far ? CoarseKind::Far : CoarseKind::Near),
                     total,
