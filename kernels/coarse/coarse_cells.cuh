@@ -12,7 +12,8 @@ constexpr uint32_t kCells = 704;     // places of cells: with all else 99 KiB of
 constexpr uint32_t kMostCells = 640; // of a copy
 constexpr uint32_t kAxisBits = 10, kAxisCells = 1u << kAxisBits; // cells of a group along an axis
 constexpr uint32_t kNoKey = ~0u;
-constexpr float kOne = float(1u << 21); // the largest weight there is: sums of up to 800 times that fit 31 bits
+constexpr float kOne =
+    float(1u << 21); // the largest weight there is; a moment is twice that at most: 512 of these fit 31 bits
 
 // Sums of a cell, in steps of 1 / kOne: weight; weight times place in the cell (3), colour (3), second moments of the
 // place (6: xx xy xz yy yz zz).

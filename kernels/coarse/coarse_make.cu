@@ -223,7 +223,8 @@ __global__ void __launch_bounds__(kThreads, kBlocks) makeKernel(const __grid_con
             group.base[a] = floorf(record.gaussian_min[a] * group.per_cell);
             fits &= record.gaussian_max[a] * group.per_cell - group.base[a] < float(kAxisCells - 1);
         }
-        const float detail = __fdividef(args.view.cell_at_one, args.view.pixel_at_one) * cell.growth;
+        const float detail = __fdividef(args.view.cell_at_one, args.view.pixel_at_one) *
+                             cellGrowth(args.view, record.gaussian_min, record.gaussian_max);
         group.most = __fdividef(1.0f, 4.7f * (detail * detail + 0.3f));
         for (uint32_t c = threadIdx.x; c < kCells; c += kThreads) {
             shared.cells.keys[c] = kNoKey;

@@ -20,11 +20,11 @@ constexpr float kMostCloser = 0.3f;     // octaves of distance that the camera m
 constexpr float kMostFurther = 0.75f;   // and leave
 // the same of a model with levels
 constexpr float kMostCloserOfLevels = 0.08f, kMostFurtherOfLevels = 0.15f;
-constexpr float kMostLevels = 0.1f;      // of FrameOptions::lod_bias
-constexpr float kMostFine = 0.5f;        // octaves that cells may be too large where a gaze comes, with foveation
-constexpr float kMostGross = 1.5f;       // and too small where it has gone
-constexpr float kStaleMost = 2.0f;       // of these bounds: a copy that is further off is not drawn
-constexpr float kNearAgain = 1.2f;       // a group that was near is looked at again when its cells are as much larger
+constexpr float kMostLevels = 0.1f; // of FrameOptions::lod_bias
+constexpr float kMostFine = 0.5f;   // octaves of pixels that cells may be too large with foveation: where a gaze comes
+constexpr float kMostGross = 1.5f;  // and too small: where it has gone
+constexpr float kStaleMost = 2.0f;  // of these bounds: a copy that is further off is not drawn
+constexpr float kNearAgain = 1.2f;  // a group that was near is looked at again when its cells are as much larger
 constexpr float kLargestOpacity = 0.99f; // that blending takes
 
 enum class CoarseKind : uint32_t { Unknown = 0, Far = 1, Near = 2 };
@@ -45,7 +45,7 @@ struct CoarseView {
 // Cells that a group wants.
 struct CoarseCell {
     float edge;   // world units, before it becomes a power of two
-    float growth; // cellGrowth(), which is in the edge
+    float pixels; // the same where they are finest: `detail`, or more with foveation
 };
 
 // View that a group was last made for, or looked at for.
@@ -138,7 +138,8 @@ GSC_HD float cellGrowth(const CoarseView& view, const float* box_min, const floa
 GSC_HD CoarseCell wantedCell(const CoarseView& view, const float* box_min, const float* box_max)
 {
     const float growth = cellGrowth(view, box_min, box_max);
-    return {view.cell_at_one * boxDistance(box_min, box_max, view.center) * growth, growth};
+    return {view.cell_at_one * boxDistance(box_min, box_max, view.center) * growth,
+            view.cell_at_one / view.pixel_at_one * growth};
 }
 
 // The power of two at or below, as its exponent. Precondition: cell is above 0 and finite.
@@ -195,7 +196,7 @@ GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, const Co
     }
     // the eyes see it from either side
     const float direction = (std::sqrt(turned) + view.half_distance * inverse_a) / most_direction;
-    const float grown = std::log2(cell.growth) - std::log2(key.cell.growth);
+    const float grown = view.coarsest > 1 ? std::log2(cell.pixels) - std::log2(key.cell.pixels) : 0;
     const float octaves = std::log2(cell.edge) - std::log2(key.cell.edge) - grown; // of distance
     const auto of = [](float change, float less, float more) {
         return change < 0 ? -change / less : minNumber(change / more, kStaleMost);
@@ -221,14 +222,14 @@ GSC_HD CoarseLook coarseLook(const CoarseView& view, const GroupRecord& record, 
 {
     const CoarseCell cell = wantedCell(view, record.gaussian_min, record.gaussian_max);
     const CoarseKind kind = CoarseKind(kept.kind);
-    const float most = kind == CoarseKind::Far ? mostDirection(kept.count, kept.source) : kMostDirection;
-    const auto change = [&](const CoarseKey& key) {
-        return coarseChange(view, key, cell, record.gaussian_min, record.gaussian_max, most);
+    const auto change = [&](const CoarseKey& key, float most_direction = kMostDirection) {
+        return coarseChange(view, key, cell, record.gaussian_min, record.gaussian_max, most_direction);
     };
-    CoarseLook look{cell, kind == CoarseKind::Far ? change(kept.key) : INFINITY, false, false};
+    const float most = mostDirection(kept.count, kept.source);
+    CoarseLook look{cell, kind == CoarseKind::Far ? change(kept.key, most) : INFINITY, false, false};
     look.draws = shows_all && look.change <= kStaleMost;
     const bool can_be_far =
-        shows_all && cell.edge > 0 && change(keyOf(view, cell)) <= 1; // a copy made now is within its bound
+        shows_all && cell.edge > 0 && change(keyOf(view, cell)) <= 1; // a copy made now is within any bound
     look.due = can_be_far && (kind == CoarseKind::Near ? cell.edge > kNearAgain * kept.key.cell.edge : look.change > 1);
     return look;
 }

@@ -58,7 +58,7 @@ void addLevelOptions(CLI::App& app, PlayOptions& options, Views views)
         std::string("smallest detail that is drawn by itself: groups of anchors that are far are drawn coarse, from "
                     "copies in which what is smaller is joined, and which later frames draw again; 0 = everything") +
             (views == Views::Cameras ? ". Cameras in no order, such as the stored ones, are drawn without, and so is a "
-                                       "picture alone"
+                                       "single picture of gsc-play FILE"
                                      : ""));
     addNumber(app, "--lod-bias", options.frame.lod_bias, {-kMaxLodBias, kMaxLodBias}, " levels", "X (default: 0)",
               "levels added to the one that distance asks for: below 0 draws less, 0 is the trainer's");

@@ -116,8 +116,9 @@ WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const
 bool WindowSession::idle() const
 {
     const bool asks = (m_changed || m_again || m_seeks) && hasSize();
+    const bool compares = m_settings.compare != CompareMode::Off && m_comparison.underWay() && !m_changed && !m_again;
     return !m_dirty && !asks && !m_controls.moving() && !m_navigator.moves() && !m_plays && !m_source.waiting() &&
-           (m_settings.compare == CompareMode::Off || !m_comparison.underWay());
+           !compares;
 }
 
 bool WindowSession::step()

@@ -113,19 +113,32 @@ TEST_CASE("detail: with foveation cells grow with the angle from where an eye lo
     CHECK(grownAt(1, 120) == doctest::Approx(std::sqrt(12.0)).epsilon(1e-4));
 }
 
-TEST_CASE("detail: a gaze that moves makes copies due by bounds of its own")
+TEST_CASE("detail: a gaze that moves, or another detail, makes copies due by bounds of its own")
 {
     const float low[3] = {-1, -1, 9}, high[3] = {1, 1, 11};
-    const CoarseView at = viewAt(0, 0, 0);
+    CoarseView at = viewAt(0, 0, 0);
+    at.coarsest = 12;
     const auto change = [&](float made, float now) {
-        const float edge = wantedCell(at, low, high).edge;
-        return coarseChange(at, keyOf(at, {edge * made, made}), {edge * now, now}, low, high);
+        const auto [edge, pixels] = wantedCell(at, low, high);
+        return coarseChange(at, keyOf(at, {edge * made, pixels * made}), {edge * now, pixels * now}, low, high);
     };
     CHECK(change(3, 3) == 0);
     CHECK(change(std::exp2(kMostFine), 1) == doctest::Approx(1).epsilon(1e-4)); // it comes
     CHECK(change(4, 1) == doctest::Approx(2 / kMostFine).epsilon(1e-4));        // at once: not drawn
     CHECK(change(1, std::exp2(kMostGross)) == doctest::Approx(1).epsilon(1e-4));
     CHECK(change(1, 64) == kStaleMost); // it has gone: what is too fine is drawn
+
+    // cells that foveation makes larger than any detail stay as they are
+    EyeParams eye{};
+    for (int i = 0; i < 3; ++i)
+        eye.world_to_view[5 * i] = 1;
+    const float gaze[1][3] = {{0, 1, 0}};
+    CoarseView fine = viewAt(0, 0, 0, 1), coarse = viewAt(0, 0, 0, 4);
+    for (CoarseView* const view : {&fine, &coarse})
+        foveate(&eye, 1, gaze, 4, *view);
+    const CoarseCell a = wantedCell(fine, low, high), b = wantedCell(coarse, low, high);
+    CHECK(a.edge == doctest::Approx(b.edge));
+    CHECK(coarseChange(coarse, keyOf(fine, a), b, low, high) < 1e-4f);
 }
 
 TEST_CASE("detail: a copy is due by what has changed most")

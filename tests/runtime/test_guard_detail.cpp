@@ -42,8 +42,8 @@ struct CoarseScene {
         view.most_closer = kMostCloser;
         view.most_further = kMostFurther;
         const float low[3] = {9, -1, -1}, high[3] = {11, 1, 1};
-        const CoarseKey key{{}, {float(group.detail), 1}, float(group.bias)};
-        return double(coarseChange(view, key, {float(detail), 1}, low, high));
+        const CoarseKey key{{}, {float(group.detail), float(group.detail)}, float(group.bias)};
+        return double(coarseChange(view, key, {float(detail), float(detail)}, low, high));
     }
 
     double frame(FrameGuard& guard)
