@@ -18,11 +18,11 @@ void addCheckpointOptions(CLI::App& command, CheckpointOptions& options)
                     {"round", int(LevelRule::Round)},
                     {"ceil", int(LevelRule::Ceil)},
                     {"progressive", int(LevelRule::Progressive)}},
-                   "", "LOD rule of an Octree model that comes without cfg_args");
+                   "", "LOD rule of an Octree model without cfg_args");
     addInteger(command, "--add-level", options.add_level, 0, 1, "0|1",
-               "whether the MLPs take the level, without cfg_args");
+               "1 if the MLPs take the level, of a model without cfg_args");
     addInteger(command, "--fork", options.fork, 2, 1024, "N (default: 2)",
-               "cells per parent cell and axis, without cfg_args");
+               "cells per parent cell and axis, of a model without cfg_args");
 }
 
 } // namespace gsc

@@ -229,9 +229,9 @@ ErrorCode runChart(const ChartOptions& options, Reporter& report)
 void addChartCommand(CLI::App& app, Invocation& invocation)
 {
     auto options = std::make_shared<ChartOptions>();
-    CLI::App& command = addCommand(app, "chart",
-                                   "Draw speed against accuracy of measured runs, the trace of a service, or what "
-                                   "quality costs, as one HTML page");
+    CLI::App& command = addCommand(
+        app, "chart",
+        "Draw measurements as one HTML page: speed against accuracy, the trace of a service, or the cost of quality");
     addTexts(command, "RUNS", options->inputs, "FILE.jsonl...",
              "files of JSON lines from gsc-play bench --sweep, traces of services, or files of gsc bake --curve; - is "
              "standard "

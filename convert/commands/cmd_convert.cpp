@@ -153,8 +153,8 @@ void addBakeOptions(CLI::App& command, ConvertOptions& options)
     addChoice<SensitivityMode>(command, "--sensitivity", options.write.sensitivity,
                                {{"none", SensitivityMode::None}, {"sampled", SensitivityMode::Sampled}},
                                "default: sampled",
-                               "how fast each anchor changes with the view, which a player keeps decoded anchors by: "
-                               "sampled from six directions, or left out");
+                               "sensitivity of each anchor to the view, which gsc-play --reuse error needs: sampled "
+                               "from six directions, or left out");
     addCount(command, "--chunk-anchors", options.write.chunk_anchors, 1, kMaxAnchors, "N (default: 16384)",
              "anchors per chunk to aim for");
     addByteSize(command, "--memory-budget", options.write.memory_budget, 1,

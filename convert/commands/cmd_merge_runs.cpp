@@ -71,17 +71,16 @@ ErrorCode runMerge(const MergeOptions& options, Reporter& report)
 void addMergeRunsCommand(CLI::App& app, Invocation& invocation)
 {
     auto options = std::make_shared<MergeOptions>();
-    CLI::App& command = addCommand(app, "merge-runs", "Join what the shards of gsc-play --shard wrote");
+    CLI::App& command = addCommand(app, "merge-runs", "Join the files that the shards of gsc-play --shard wrote");
     addTexts(command, "ROWS", options->inputs, "FILE.jsonl...",
-             "what each shard wrote: --stats of frames, --out of a sweep or of stability; - is standard input")
+             "files that the shards wrote: --stats of frames, --out of a sweep or of stability; - is standard input")
         .required();
     addText(command, "-o,--output", options->output, "FILE",
-            "what the run would have written in one piece; - is "
-            "standard output")
+            "file to write, as a run without shards would have; - is standard output")
         .required();
     addFlag(command, "-w,--overwrite", options->overwrite, "replace a file that exists");
     addFlag(command, "--allow-missing", options->allow_missing,
-            "join what there is, such as where a backend left runs of a sweep out");
+            "join the rows that are there, such as where a backend left runs of a sweep out");
     addReporterOptions(command, invocation.reporter, false);
     setFooter(
         command,

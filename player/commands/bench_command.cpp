@@ -37,25 +37,23 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
     addInteger(app, "--warmup", options.warmup, 0, kMany, "N (default: 50)", "frames before the measured ones");
     addInteger(app, "--measure", options.measured, 1, kMany, "N (default: 300)",
                "frames to measure, going round the cameras");
-    addInteger(
-        app, "--frames-in-flight", options.in_flight, 1, 256, "N (default: 1)",
-        "frames submitted before the first of them is waited for, 2 or 3 for each device at most; with 2 a device "
-        "has no pause between them, 3 for each where several take turns");
+    addInteger(app, "--frames-in-flight", options.in_flight, 1, 256, "N (default: 1)",
+               "frames submitted before the first is waited for, at most 2 or 3 for each device: 2 leave one device no "
+               "pause between frames, 3 for each device where several take turns");
     addInteger(app, "--quality", options.quality, 0, kMany, "N (default: 0)",
                "cameras to score against the tier exact, spread over all; with reuse, --detail, --lod-hysteresis or "
-               "--target-ms "
-               "the path is played up to the last of them");
+               "--target-ms the path is played up to the last scored one");
     addScoreFrames(app, options.score);
     for (const char* option : {"--score-every", "--score-first"})
         optionOf(app, option).excludes(optionOf(app, "--quality"));
     addBackend(app, "--reference", options.reference, false, "backend that renders exact for scores");
     addText(app, "--label", options.label, "TEXT", "text for the report, such as what changed");
     addText(app, "--out", options.out, "FILE.jsonl",
-            "file that takes one more line (schemas/bench-report.schema.json); - is standard output");
+            "file to add one line to (schemas/bench-report.schema.json); - is standard output");
     OptionHandle sweep = addText(app, "--sweep", options.sweep, "FILE.json",
-                                 "runs every combination that the file asks for (schemas/sweep.schema.json), each from "
-                                 "a cold start, scored against exact; --out takes a row for each "
-                                 "(schemas/run.schema.json) and is gone on with where a sweep was stopped");
+                                 "run every combination that the file asks for (schemas/sweep.schema.json), each from "
+                                 "a cold start, scored against exact; a row for each is added to --out "
+                                 "(schemas/run.schema.json), from which a sweep that was stopped goes on");
     for (const char* fixed : {"--cameras", "--frames", "--warmup", "--measure", "--quality", "--score-every",
                               "--score-first", "--target-ms", "--frames-in-flight", "--gpus", "--devices"})
         sweep.excludes(optionOf(app, fixed)); // the file says these

@@ -28,16 +28,17 @@ void addLiveOptions(CLI::App& app, LiveOptions& options)
     addNumber(app, "--rate", options.rate, {0.1, 10000}, " poses per second", "FPS (default: 90)",
               "poses fed each second");
     addNumber(app, "--seconds", options.seconds, {0, 1e6}, " seconds", "S (default: 0)",
-              "how long, going round the cameras; 0 = once through them");
+              "length of the run, going round the cameras; 0 = once through them");
     addNumber(app, "--timeout-ms", options.timeout_ms, {0, 1e6}, " milliseconds", "MS (default: 50)",
-              "that a pose may wait before it is begun; 0 = until a newer one comes");
+              "longest time that a pose may wait to be drawn; 0 = until a newer pose comes");
     addNumber(app, "--still-distance", options.still_distance, {0, 1e6}, " world units", "LENGTH (default: 0)",
-              "a pose whose eyes are this near to those of the pose before, and turned by --still-degrees at most, is "
-              "not drawn: what is shown shows it; 0 with --still-degrees 0 = every pose is drawn");
+              "distance up to which the eyes stand still, if they also turn by --still-degrees at most: the new pose "
+              "is not drawn, and the last picture stays; 0 with --still-degrees 0 = draw every pose");
     addNumber(app, "--still-degrees", options.still_degrees, {0, 180}, " degrees", "DEGREES (default: 0)",
-              "see --still-distance");
+              "angle up to which the eyes stand still, see --still-distance");
     addText(app, "--trace", options.trace, "FILE.json",
-            "every pose, start and stop with its cause (schemas/service-trace.schema.json); gsc chart draws it");
+            "file for the trace: every pose, and each start and stop of a device with its cause "
+            "(schemas/service-trace.schema.json); gsc chart draws it");
     addFlag(app, "-w,--overwrite", options.play.output.overwrite, "replace the trace file if it exists");
 }
 

@@ -58,11 +58,11 @@ void addOutputOptions(CLI::App& app, PlayOptions& options)
     addChoice<StreamFormat>(
         app, "--stream", options.output.stream,
         {{"y4m", StreamFormat::Y4m}, {"rgb24", StreamFormat::Rgb24}, {"rgb48", StreamFormat::Rgb48}}, "default: y4m",
-        "what --out - writes: YUV4MPEG2 (4:4:4, 16 bits, full range), or 8 or 16 bits per channel and nothing else");
+        "format of --out -: YUV4MPEG2 (4:4:4, 16 bits, full range), or bare pixels of 8 or 16 bits per channel");
     addText(app, "--video", options.output.video, "FILE.mp4",
             "a video through the program ffmpeg: H.264, nearly lossless, two eyes side by side");
     addNumber(app, "--fps", options.output.fps, {0.001, 1000}, " frames a second", "N (default: 30)",
-              "the rate of a video, and that a y4m stream states");
+              "frames per second of a video, and those that a y4m stream states");
     addChoice<PixelDepth>(app, "--depth", options.output.depth, {{"8", PixelDepth::Eight}, {"16", PixelDepth::Sixteen}},
                           "default: 8", "bits per channel of a PNG");
     addText(
@@ -163,7 +163,7 @@ void addPlayCommand(CLI::App& root, Invocation& invocation)
     auto options = std::make_shared<PlayOptions>();
     auto lists = std::make_shared<bool>(false);
     addPlayOptions(root, *options);
-    addFlag(root, "--list-devices", *lists, "say what renders on this machine, its memory and links, and nothing else");
+    addFlag(root, "--list-devices", *lists, "list the devices that can render here, their memory and links, and end");
     addReporterOptions(root, invocation.reporter, true);
     setFooter(root, kPlayExamples);
     onParsed(root, [&root, &invocation, options, lists] {

@@ -35,19 +35,19 @@ void addReuseOptions(CLI::App& app, PlayOptions& options)
     ReuseOptions& reuse = options.frame.reuse;
     addChoice<ReusePolicy>(
         app, "--reuse", reuse.policy, reusePolicies(), "default: none",
-        "when they are drawn again in later frames: none: never; depth: for so many frames, fewer "
-        "the more of the view is new; error, on a CPU: while their predicted change stays within a bound");
+        "draw decoded Gaussians again in later frames: none: never; depth: for a number of frames, fewer where more of "
+        "the view is new; error, on a CPU: while their predicted change stays within --reuse-bound");
     addInteger(app, "--reuse-depth", reuse.max_depth, 0, kMaxReuseDepth, "N (default: 10)",
-               "frames one is drawn again at most, with --reuse depth");
+               "most frames that a decoded Gaussian is drawn again, with --reuse depth");
     addChoice<DepthGuidance>(app, "--reuse-guidance", reuse.guidance, depthGuidances(), "default: linear",
-                             "how the share of the view that is new becomes a depth, with --reuse depth");
+                             "curve from the new share of the view to that number of frames, with --reuse depth");
     addNumber(app, "--reuse-bound", reuse.bound, {0, kMaxReuseBound}, " in 1/255", "B (default: 1)",
-              "predicted change of what an anchor draws, in 1/255, with --reuse error");
+              "largest predicted change of what an anchor draws, in 1/255 of full colour, with --reuse error");
     addInteger(app, "--decode-budget", reuse.decode_budget, 0, int64_t(1) << 40, "N (default: 0)",
-               "most anchors decoded per frame and eye, the worst first, with --reuse error; what was never decoded is "
-               "decoded all the same; 0 = as many as the bound wants");
+               "most anchors decoded again per frame and eye, those with the largest predicted change first, with "
+               "--reuse error; an anchor that was never decoded always is; 0 = all that --reuse-bound asks for");
     addByteSize(app, "--cache-budget", reuse.cache_bytes, 1, "SIZE (default: a quarter of the machine's)",
-                "most memory of decoded Gaussians, such as 256M");
+                "most memory for decoded Gaussians, such as 256M");
 }
 
 void addLevelOptions(CLI::App& app, PlayOptions& options, Views views)
@@ -55,17 +55,20 @@ void addLevelOptions(CLI::App& app, PlayOptions& options, Views views)
     const Heading heading(app, "Levels of detail");
     addNumber(
         app, "--detail", options.frame.detail, {0, double(kMostDetail)}, " pixels", "PIXELS (default: 0)",
-        std::string("smallest detail that is drawn by itself: groups of anchors that are far are drawn coarse, from "
-                    "copies in which what is smaller is joined, and which later frames draw again; 0 = everything") +
-            (views == Views::Cameras ? ". Cameras in no order, such as the stored ones, are drawn without, and so is a "
-                                       "single picture of gsc-play FILE"
+        std::string(
+            "smallest detail that is drawn by itself, in pixels: groups of anchors that are far are drawn coarse, from "
+            "copies that join smaller Gaussians and that later frames draw again; 0 = draw every Gaussian by itself") +
+            (views == Views::Cameras ? ". Cameras in no order, such as the stored ones, and single pictures of "
+                                       "gsc-play FILE are drawn without it"
                                      : ""));
     addNumber(app, "--lod-bias", options.frame.lod_bias, {-kMaxLodBias, kMaxLodBias}, " levels", "X (default: 0)",
-              "levels added to the one that distance asks for: below 0 draws less, 0 is the trainer's");
-    addNumber(app, "--lod-fade", options.frame.lod_fade, {0, kMaxLodWidth}, " levels", "X (default: 0)",
-              "levels over which an anchor fades in about the place where the trainer's switches it on, up to 1");
+              "levels added to the level that distance asks for: below 0 draws less, 0 is the trainer's rule");
+    addNumber(
+        app, "--lod-fade", options.frame.lod_fade, {0, kMaxLodWidth}, " levels", "X (default: 0)",
+        "levels over which an anchor fades in, up to 1, around the distance where the trainer's rule switches it on");
     addNumber(app, "--lod-hysteresis", options.frame.lod_hysteresis, {0, kMaxLodWidth}, " levels", "X (default: 0)",
-              "levels that a switch may lag behind the camera, up to 1: one that trembles at it switches nothing");
+              "levels by which a switch may lag behind the camera, up to 1: a camera that trembles at a switch then "
+              "changes nothing");
 }
 
 void addFoveationOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
@@ -74,14 +77,12 @@ void addFoveationOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
     if (knows_gaze)
         modes.emplace_back("gaze", FoveationMode::Gaze);
     addChoice<FoveationMode>(app, "--foveation", options.frame.foveation, modes, "default: none",
-                             std::string("thin out Gaussians that are finer than an eye tells apart away from where it "
-                                         "looks, in tier fast on a GPU: "
-                                         "fixed: from the axis of each eye") +
-                                 (knows_gaze ? "; gaze: from where the eyes look, if the headset tells" : ""));
-    addNumber(
-        app, "--fovea-pixels", options.frame.fovea_pixels, {0.1, kMostFoveaPixels}, " pixels", "X (default: 2)",
-        "with --foveation: standard deviation of the finest Gaussian 40 degrees away and beyond; up to 12 degrees "
-        "everything is drawn, and in between it grows with the angle");
+                             std::string("thin out Gaussians that are too fine to be seen away from where an eye "
+                                         "looks, in tier fast on a GPU: fixed: each eye looks along its axis") +
+                                 (knows_gaze ? "; gaze: the headset tells where the eyes look, if it can" : ""));
+    addNumber(app, "--fovea-pixels", options.frame.fovea_pixels, {0.1, kMostFoveaPixels}, " pixels", "X (default: 2)",
+              "with --foveation: standard deviation, in pixels, of the finest Gaussian drawn 40 degrees away and "
+              "beyond; up to 12 degrees every Gaussian is drawn, and in between this limit grows with the angle");
 }
 
 } // namespace
@@ -137,15 +138,15 @@ void addViewOptions(CLI::App& app, PlayOptions& options, const std::string& size
 {
     const Heading heading(app, "View");
     addImageSize(app, "--size", options.view.width, options.view.height, "WxH (default: " + size + ")",
-                 "pixels of the image");
+                 "pixels of a picture");
     detail::addValue(app, "--fov", "DEGREES (default: the camera's)", "horizontal angle of view",
                      [&options](const std::string& name, const std::string& text) {
                          const double angle = detail::number(name, text, {0.01, 179.9}, " degrees");
                          options.view.fov_x = angle * std::numbers::pi / 180;
                      });
-    addInteger(app, "--eyes", options.view.eyes, 1, 2, "1|2 (default: 1)", "1, or 2 for stereo");
+    addInteger(app, "--eyes", options.view.eyes, 1, 2, "1|2 (default: 1)", "pictures per frame: 1, or 2 for stereo");
     detail::addValue(app, "--ipd", "LENGTH (default: 0.064 m of the model's metre, or the trajectory's)",
-                     "distance of the two eyes: world units, or metres such as 64mm",
+                     "distance between the eyes, in world units, or in metres such as 64mm",
                      [&options](const std::string& name, const std::string& text) {
                          options.view.ipd = parseLength(text, name.c_str());
                      });
@@ -161,7 +162,7 @@ void addLookOptions(CLI::App& app, PlayOptions& options)
     addInteger(app, "--appearance", options.cameras.appearance, 0, std::numeric_limits<int>::max(),
                "ROW (default: the camera's own)", "row of the appearance embedding for every camera");
     detail::addValue(app, "--background", "model|R,G,B (default: model)",
-                     "colour behind the model, or what it was trained with",
+                     "colour behind the model; model = the colour it was trained with",
                      [&options](const std::string& name, const std::string& text) {
                          if (text == "model")
                              options.frame.background.reset();
@@ -169,25 +170,25 @@ void addLookOptions(CLI::App& app, PlayOptions& options)
                              options.frame.background = parseColor(name, text);
                      });
     addNumber(app, "--near", options.frame.near_z, {0, kMaxLength, true}, " world units", "Z (default: the model's)",
-              "nearest depth drawn, world units");
+              "nearest depth drawn, in world units");
 }
 
 void addRunOptions(CLI::App& app, PlayOptions& options, Views views)
 {
     const Heading heading(app, "Rendering");
-    addChoice<TierChoice>(
-        app, "--tier", options.frame, tierChoices(), "default: fast",
-        "exact: the trainer's image, of a model far from the origin without what rounding does to it there; "
-        "fast: half precision where the backend has it; the CPU renders exact; " +
-            formatString("turbo: fast with --detail %g, for trajectories", kTurboDetail));
+    addChoice<TierChoice>(app, "--tier", options.frame, tierChoices(), "default: fast",
+                          "exact: the trainer's image, but free of the trainer's rounding errors far from the origin; "
+                          "fast: half precision on a GPU, exact on a CPU; " +
+                              formatString("turbo: fast with --detail %g, for trajectories", kTurboDetail));
     addBackend(app, "--backend", options.devices.backend, true,
-               "what renders; gsc-play backends lists what this machine has");
+               "backend that renders; gsc-play backends lists those of this machine");
     addInteger(app, "--device", options.devices.device, 0, 255, "N (default: 0)",
-               "which of the backend's devices, as gsc-play backends numbers them");
+               "number of the backend's device, as in the list of gsc-play backends");
     addInteger(app, "--threads", options.devices.threads, 0, 4096, "N (default: 0)",
-               "CPU threads, 0 = all cores; most that read the file for a GPU");
-    addByteSize(app, "--vram-budget", options.devices.vram_budget, 1, "SIZE (default: all there is)",
-                "most device memory for model and frame, such as 4G; frames that need more are drawn in more passes");
+               "CPU threads, 0 = all cores; with a GPU: most threads that read the file");
+    addByteSize(
+        app, "--vram-budget", options.devices.vram_budget, 1, "SIZE (default: all there is)",
+        "most device memory for model and frame, such as 4G; a frame that needs more is drawn in several passes");
     addFlag(app, "--verify", options.model.verify, "check the checksum of every byte before the first frame");
     addFoveationOptions(app, options, views == Views::Headset);
     addReuseOptions(app, options);
@@ -209,11 +210,12 @@ void addShard(CLI::App& app, PlayOptions& options, const char* what, const char*
 {
     detail::addValue(
         app, "--shard", "I/N|auto (default: all)",
-        formatString("does the I-th of N parts of %s, I from 1: one process each, none knows of the others. auto takes "
-                     "both from Slurm's SLURM_ARRAY_TASK_ID and _COUNT or Open MPI's OMPI_COMM_WORLD_RANK and _SIZE; "
-                     "auto/N takes I also from the JOB_COMPLETION_INDEX of Kubernetes. What is done is kept in %s, one "
-                     "file for each shard: started again, a shard goes on there. gsc merge-runs joins the files",
-                     what, file),
+        formatString(
+            "do the I-th of N parts of %s, I from 1: each part is a process that knows nothing of the others. auto "
+            "takes I and N from Slurm's SLURM_ARRAY_TASK_ID and _COUNT or Open MPI's OMPI_COMM_WORLD_RANK and _SIZE; "
+            "auto/N takes I also from the JOB_COMPLETION_INDEX of Kubernetes. Finished work is kept in %s, one file "
+            "for each shard: a shard that is started again goes on from it. gsc merge-runs joins the files",
+            what, file),
         [&options](const std::string& name, const std::string& text) {
             options.shard = parseShard(text, name, processEnvironment, remoteWorkers() != nullptr);
         });
@@ -231,19 +233,20 @@ void addScoreFrames(CLI::App& app, ScoreOptions& score)
 {
     constexpr int64_t kMany = 1000000;
     addInteger(app, "--score-every", score.every, 1, kMany, "N (default: 1)",
-               "scores every so many frames against the tier exact");
-    addInteger(app, "--score-first", score.first, 0, kMany, "N (default: 0)", "the first frame that is scored");
+               "score every N-th frame against the tier exact");
+    addInteger(app, "--score-first", score.first, 0, kMany, "N (default: 0)", "number of the first frame to score");
 }
 
 void addTargetOption(CLI::App& app, PlayOptions& options, Views views)
 {
     const Heading heading(app, "Levels of detail");
-    addNumber(app, "--target-ms", options.frame.target_ms, {1e-6, kMaxTargetMs}, " milliseconds", "MS (default: none)",
-              std::string("hold this frame time: while frames take longer, detail doubles up to 4 pixels where it can "
-                          "be drawn, then levels fall; both come back slowly to what --detail and --lod-bias say") +
-                  (views == Views::Cameras
-                       ? ". Refused where there is neither, such as for a model of one level on cameras in no order"
-                       : ""));
+    addNumber(
+        app, "--target-ms", options.frame.target_ms, {1e-6, kMaxTargetMs}, " milliseconds", "MS (default: none)",
+        std::string("hold this frame time, in milliseconds: while frames take longer, --detail doubles up to 4 pixels "
+                    "where detail can be drawn, then --lod-bias falls; both come back slowly to their given values") +
+            (views == Views::Cameras
+                 ? ". Refused where neither can change, such as for a model of one level on cameras in no order"
+                 : ""));
 }
 
 void checkEffect(const CLI::App& app, const char* option, bool has_effect, const std::string& needs)

@@ -24,18 +24,19 @@ void addStabilityOptions(CLI::App& app, StabilityOptions& options)
     constexpr double kMost = 1e9;
     addTexts(app, "--trajectories", options.trajectories, "FILE.json|DIR", "camera files, or folders of them");
     addInteger(app, "--warmup", options.warmup, 0, kMany, "N (default: 5)",
-               "frames at the start of each that the times leave out");
+               "frames at the start of each trajectory that are not timed");
     addBackend(app, "--reference", options.reference, false, "backend that renders exact");
     addScoreFrames(app, options.score);
     addNumber(app, "--bound-psnr", options.bound_psnr, {0, 1000}, " dB", "DB (default: 50)",
-              "least of any frame against exact; 0 = no bound");
-    addNumber(app, "--bound-temporal", options.bound_temporal, {0, kMost}, " medians", "X (default: 2)",
-              "most that the error image changes in one frame, in medians of the trajectory; 0 = no bound");
+              "least PSNR of any frame against exact; 0 = no bound");
+    addNumber(
+        app, "--bound-temporal", options.bound_temporal, {0, kMost}, " medians", "X (default: 2)",
+        "largest change of the error image from one frame to the next, in medians of the trajectory; 0 = no bound");
     addNumber(app, "--bound-p99", options.bound_p99, {0, kMost}, " medians", "X (default: 0)",
-              "most of the time of a frame at p99, in medians; 0 = no bound");
+              "largest p99 of the frame time, in medians; 0 = no bound");
     addText(app, "--out", options.out, "FILE.jsonl",
-            "with --shard: file that takes a line for each trajectory (schemas/stability-report.schema.json); a shard "
-            "that was stopped goes on there. Bounds are judged by gsc merge-runs, which then exits with 8");
+            "with --shard: file to write a line to for each trajectory (schemas/stability-report.schema.json); a shard "
+            "that was stopped goes on there. gsc merge-runs judges the bounds, and exits with 8 if one is passed");
     addShard(app, options.play, "the trajectories", "--out");
 }
 
@@ -53,9 +54,8 @@ ErrorCode runStability(const StabilityOptions& options, Reporter& report)
 void addStabilityCommand(CLI::App& root, Invocation& invocation)
 {
     auto options = std::make_shared<StabilityOptions>();
-    CLI::App& command = addCommand(root, "stability",
-                                   "Play trajectories that were made to break what is kept between frames, and "
-                                   "say whether the pictures hold still");
+    CLI::App& command = addCommand(
+        root, "stability", "Play trajectories that strain reuse between frames, and test that the pictures hold still");
     addFile(command, options->play);
     optionOf(command, "FILE").required();
     addStabilityOptions(command, *options);

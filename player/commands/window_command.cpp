@@ -28,8 +28,8 @@ bench, stability and --sweep take: gsc-play bench city.gsc --cameras path-0001.j
 void addWindowOptions(CLI::App& app, WindowOptions& options)
 {
     const Heading heading(app, "Window");
-    addText(app, "--folder", options.folder, "DIR (default: .)", "takes screenshots and recorded paths");
-    addText(app, "--log", options.log, "FILE", "a JSON line for every frame shown (schemas/window-log.schema.json)");
+    addText(app, "--folder", options.folder, "DIR (default: .)", "folder for screenshots and recorded paths");
+    addText(app, "--log", options.log, "FILE", "file for a JSON line per frame shown (schemas/window-log.schema.json)");
     addFlag(app, "-w,--overwrite", options.play.output.overwrite, "replace the log if it exists");
     addFirstPicture(app, options.play);
     addFlag(app, "--no-vsync", options.tears, "do not wait for the display between two frames");

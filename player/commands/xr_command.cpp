@@ -37,17 +37,17 @@ void addXrOptions(CLI::App& app, XrChoice& choice)
 {
     XrOptions& options = choice.xr;
     const Heading heading(app, "Headset");
-    addFlag(app, "--info", choice.info, "tell what loader, runtime and headset there are, and end");
+    addFlag(app, "--info", choice.info, "list loader, runtime and headset, and end");
     addChoice<std::string>(app, "--fallback", choice.fallback, {{"none", "none"}, {"window", "window"}},
-                           "default: none", "what to open where there is no headset, or when it goes away");
+                           "default: none", "view to open where there is no headset, or when it goes away");
     addNumber(app, "--xr-scale", options.scale, {0.05, 4}, " times", "X (default: 1)",
-              "size of pictures, of what the runtime recommends, each side");
+              "width and height of pictures, in times those that the runtime recommends");
     addChoice<bool>(
         app, "--xr-space", options.stage, {{"local", false}, {"stage", true}}, "default: local",
         "local: the eyes start at the first camera, wherever the viewer sits; stage: it is 1.6 m above the floor of "
         "the room");
     addNumber(app, "--metre", options.metre, {0, 1e12, true}, " world units", "UNITS (default: the model's)",
-              "world units that are as large as a metre");
+              "world units to a metre of the viewer's body");
     addFlag(app, "--ride", options.rides, "the cameras carry the viewer along, level, at --ride-fps");
     addNumber(app, "--ride-fps", options.ride_fps, {1e-3, 1e4}, " a second", "FPS (default: 72)",
               "cameras a second of --ride, by the clock of the headset");
@@ -62,8 +62,8 @@ void addXrOptions(CLI::App& app, XrChoice& choice)
             "look up where the eyes are again when the drawing of their picture begins, for when it will be seen");
     addFirstPicture(app, options.play);
     addNumber(app, "--seconds", options.seconds, {0, 1e9}, " seconds", "S (default: 0)",
-              "end the session after that long; 0 = when it is left in the headset");
-    addText(app, "--log", options.log, "FILE", "a JSON line for every frame (schemas/xr-log.schema.json)");
+              "seconds after which the session ends; 0 = when it is left in the headset");
+    addText(app, "--log", options.log, "FILE", "file for a JSON line per frame (schemas/xr-log.schema.json)");
     addFlag(app, "-w,--overwrite", options.play.output.overwrite, "replace the log if it exists");
 }
 

@@ -189,14 +189,15 @@ void addReporterOptions(CLI::App& command, ReporterOptions& options, bool takes_
                             {{"text", ReportFormat::Text}, {"json", ReportFormat::Json}}, "default: text",
                             "form of the result on standard output");
     if (takes_long)
-        addChoice<ProgressMode>(command, "--progress", options.progress,
-                                {{"auto", ProgressMode::Auto},
-                                 {"bar", ProgressMode::Bar},
-                                 {"plain", ProgressMode::Plain},
-                                 {"json", ProgressMode::Json},
-                                 {"none", ProgressMode::None}},
-                                "default: auto",
-                                "form of what is told on standard error; auto is a bar on a terminal, else lines");
+        addChoice<ProgressMode>(
+            command, "--progress", options.progress,
+            {{"auto", ProgressMode::Auto},
+             {"bar", ProgressMode::Bar},
+             {"plain", ProgressMode::Plain},
+             {"json", ProgressMode::Json},
+             {"none", ProgressMode::None}},
+            "default: auto",
+            "form of messages and progress on standard error; auto is a bar on a terminal, else lines");
     addFlag(command, "-q,--quiet", options.quiet, "only errors on standard error");
     command.add_flag("-v,--verbose", options.verbose, "say more on standard error");
     addFlag(command, "--no-color", options.no_color, "no colour; NO_COLOR in the environment does the same");
@@ -207,7 +208,8 @@ void addToolCommands(CLI::App& root, Invocation& invocation)
     addPageCommand(root, invocation, "help", "Show the help of a command", helpText);
     addPageCommand(root, invocation, "man", "Show a manual page, for man -l -", manPage);
     auto shell = std::make_shared<Shell>();
-    CLI::App* command = root.add_subcommand("completion", "Print what makes a shell complete this program's words");
+    CLI::App* command =
+        root.add_subcommand("completion", "Print a script that lets a shell complete this program's words");
     addChoice<Shell>(*command, "SHELL", *shell, {{"bash", Shell::Bash}, {"zsh", Shell::Zsh}, {"fish", Shell::Fish}}, "",
                      "the shell")
         .required();

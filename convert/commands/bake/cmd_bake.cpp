@@ -309,26 +309,26 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
     CLI::App& command =
         addCommand(app, "bake", "Make the smallest file that keeps a stated quality; cut files, and join tiles");
     addTexts(command, "INPUT", options->inputs, "FILE.gsc|MODEL",
-             "a .gsc file, or a model as `gsc convert` takes it; tiles of one model, to be joined")
+             ".gsc file, or a model as `gsc convert` takes it; several tiles of one model are joined")
         .required();
     addText(command, "-o,--output", bake.output, "FILE.gsc|FILE.jsonl", "file to write").required();
     addFlag(command, "-w,--overwrite", bake.overwrite, "replace a file that exists");
     detail::addValue(
         command, "--crop", "X0,Y0,Z0,X1,Y1,Z1",
-        "keep the anchors that lie in this box of the world, its upper ends not being part of it",
+        "keep the anchors in this box of the world; the upper ends are not part of it",
         [options](const std::string& name, const std::string& text) { options->crop = parseBox(name, text); });
-    addNumber(
-        command, "--target-psnr", options->target, kTargets, " dB", "DB",
-        "of all judged poses together, against exact pictures of the whole model; without it only what never draws "
-        "is left out, and nothing where files are cut or joined");
+    addNumber(command, "--target-psnr", options->target, kTargets, " dB", "DB",
+              "least PSNR, pooled over all judged pictures, against exact pictures of the whole model; without it only "
+              "Gaussians that are never drawn are left out, and none where files are cut or joined");
     addNumber(command, "--min-view-psnr", options->min_view, {5, 100}, " dB", "DB (default: 4 below the target)",
-              "of the worst judged pose");
+              "least PSNR of the worst judged picture");
     detail::addValue(
         command, "--curve", "DB,DB,...",
-        "measure what the model costs at each of these targets instead, bytes, memory and time against pictures: "
-        "--output is then a file of JSON lines, which `gsc chart` draws",
+        "measure bytes, memory, time and pictures at each of these targets instead: --output is then a file of JSON "
+        "lines, which `gsc chart` draws",
         [options](const std::string& name, const std::string& text) { options->curve = parseTargets(name, text); });
-    addByteSize(command, "--max-bytes", bake.max_bytes, 1, "SIZE", "most bytes of the file's archive, such as 4M");
+    addByteSize(command, "--max-bytes", bake.max_bytes, 1, "SIZE",
+                "most bytes that `gsc archive` may make of the file, such as 4M");
     const OptionHandle cameras = addTexts(command, "--cameras", bake.cameras, "FILE.json",
                                           "camera files to look from instead of the cameras stored in the file");
     addFlag(command, "--ignore-distortion", bake.ignore_distortion,
@@ -340,21 +340,22 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
         "poses of a transforms.json with applied_transform: as they stand, or where they came from")
         .needs(cameras);
     addInteger(command, "--most-pixels", bake.limits.most_pixels, 1000, 100'000'000, "N (default: 1000000)",
-               "of a picture that is drawn to judge; larger cameras are drawn smaller");
+               "most pixels of a picture that is drawn to judge; larger cameras are drawn smaller");
     addTexts(command, "--levers", options->levers, "LEVER,...",
-             "what may be done: slots, anchors, features, offsets, scales, networks, order (default: all)");
-    addFlag(
-        command, "--compact", options->compact,
-        "steps of features and offsets that a GPU holds in 0.56 of the memory, of models of 32 features: about 60 dB");
+             "changes that are allowed: slots, anchors, features, offsets, scales, networks, order (default: all)");
+    addFlag(command, "--compact", options->compact,
+            "round features and offsets to steps that take 0.56 of the GPU memory, for models of 32 features; keeps "
+            "about 60 dB");
     addChoice<std::string>(command, "--backend", bake.device.backend,
                            {{"auto", "auto"}, {"cpu", "cpu"}, {"cuda", "cuda"}}, "default: auto",
-                           "what draws the pictures that judge; auto takes a GPU where there is one");
+                           "backend that draws the pictures to judge by; auto takes a GPU where there is one");
     addInteger(command, "--device", bake.device.ordinal, 0, 255, "N (default: 0)",
-               "which of the backend's devices, as gsc-play backends numbers them");
+               "number of the backend's device, as in the list of gsc-play backends");
     addText(command, "--resume", bake.resume, "FILE",
-            "keep what is measured there, and go on from it where it exists; it goes once the output is written");
+            "file that keeps measurements, so that a bake that was stopped goes on; it is removed once the output is "
+            "written");
     addInteger(command, "-j,--threads", bake.threads, 0, 1024, "N (default: 0)",
-               "threads, 0 = all cores; the bytes do not depend on it, but they may on the backend");
+               "threads, 0 = all cores; the bytes do not depend on them, but may depend on the backend");
     addCheckpointOptions(command, options->checkpoint);
     addReporterOptions(command, invocation.reporter, true);
     setFooter(

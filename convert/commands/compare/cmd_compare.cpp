@@ -133,7 +133,7 @@ void addRenderOptions(CLI::App& command, CompareOptions& options)
     add(addCount(command, "--views", rendering.views, 0, kMaxViews, "N (default: 3)",
                  "cameras drawn against the reference, evenly spaced; 0 = all"));
     add(addNumber(command, "--min-psnr", rendering.min_psnr, {0, 1000}, " dB", "DB (default: 75)",
-                  "a view below it is a difference"));
+                  "least PSNR of a view; a lower one is a difference"));
     for (OptionHandle option : addLpipsOptions(command, rendering.lpips))
         add(option);
     add(addChoice<Tier>(command, "--tier", rendering.tier, {{"exact", Tier::Exact}, {"fast", Tier::Fast}},

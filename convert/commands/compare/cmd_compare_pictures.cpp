@@ -67,7 +67,7 @@ void addComparePicturesCommand(CLI::App& app, Invocation& invocation)
             "pictures to score, or one; in a folder those whose names REFERENCE has")
         .required();
     addNumber(command, "--min-psnr", options->min_psnr, {0, 1000}, " dB", "DB (default: 0)",
-              "a picture below it is a difference; 0 = none is");
+              "least PSNR of a picture; a lower one is a difference; 0 = no bound");
     addLpipsOptions(command, options->lpips);
     addInteger(command, "-j,--threads", options->threads, 0, 4096, "N (default: 0)", "threads of LPIPS, 0 = all cores");
     addReporterOptions(command, invocation.reporter, true);

@@ -215,7 +215,7 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
 {
     auto options = std::make_shared<ExportOptions>();
     GaussianExportOptions& gaussians = options->gaussians;
-    CLI::App& command = addCommand(app, "export", "Write what a .gsc file holds in a form that other programs read");
+    CLI::App& command = addCommand(app, "export", "Write the Gaussians or grids of a .gsc file for other programs");
     addText(command, "FILE", gaussians.file, "FILE.gsc", "file to read").required();
     std::vector<std::pair<std::string, ExportForm>> forms;
     for (const FormName& form : kForms)
@@ -228,7 +228,7 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
     const OptionHandle output =
         addText(command, "-o,--output", gaussians.output, "FILE", "file to write; with --lod a folder");
     addText(command, "--html", options->page, "FILE.html",
-            "instead of both: a page that shows the Gaussians in any browser, without a network")
+            "page to write instead, which shows the Gaussians in any browser, without a network")
         .excludes(to)
         .excludes(output);
     addFlag(command, "-w,--overwrite", gaussians.overwrite, "replace a file that exists");
@@ -237,7 +237,7 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
         addInteger(command, "--sh", options->degree, 0, kMostShDegree, "0..3 (default: 3)",
                    "degree of the spherical harmonics that colours are fitted with");
         addText(command, "--at", gaussians.at, "CAMERA",
-                "the Gaussians as one camera sees them, colours of degree 0: its name or number");
+                "name or number of a camera: export the Gaussians as that camera sees them, with colours of degree 0");
         const OptionHandle cameras =
             addText(command, "--cameras", gaussians.cameras, "FILE.json|stored (default: stored)",
                     "cameras to fit over, every other one, at most 96; at most 12 of the rest tell what was lost");
@@ -249,13 +249,13 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
             "poses of a transforms.json with applied_transform: as they stand, or where they came from")
             .needs(cameras);
         addCount(command, "--max-gaussians", options->most, 1, UINT32_MAX, "N",
-                 "keep the N that may cover most of the cameras' pictures");
+                 "keep the N Gaussians that may cover most of the cameras' pictures");
         addFlag(command, "--lod", gaussians.lod,
-                "a folder of levels of detail in chunks, which a viewer streams (with --to sog)");
+                "write a folder of levels of detail in chunks, which a viewer streams (with --to sog)");
         addInteger(command, "--spz-version", options->spz_version, 3, 4, "3|4 (default: 3)",
                    "version of an SPZ file: Spark 2.2 reads 3, PlayCanvas 2.23 reads 4");
         addByteSize(command, "--memory-budget", gaussians.memory_budget, 1, "SIZE (default: half of memory)",
-                    "memory that Gaussians may take; only a PLY may have more, whose loss is then not measured");
+                    "most memory for Gaussians; only a PLY may hold more, and its loss is then not measured");
         addInteger(command, "-j,--threads", gaussians.threads, 0, 4096, "N (default: 0)", "threads, 0 = all cores");
     }
     addReporterOptions(command, invocation.reporter, true);

@@ -209,7 +209,7 @@ void addInfoCommand(CLI::App& app, Invocation& invocation)
     addText(command, "FILE", options->file, "FILE.gsc", "file to look at").required();
     detail::addValue(
         command, "--at", "X,Y,Z",
-        "what lies at a point of the world: voxel, leaf, chunk, groups and the nearest anchor of each level",
+        "point of the world to look at: its voxel, leaf, chunk, groups and the nearest anchor of each level",
         [options](const std::string& name, const std::string& text) { options->at = parsePoint(name, text); });
     addReporterOptions(command, invocation.reporter, false);
     setFooter(command, "examples:\n"

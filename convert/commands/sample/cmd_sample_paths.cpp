@@ -84,7 +84,7 @@ void addSamplePathsCommand(CLI::App& sample, Invocation& invocation)
     addText(command, "FILE", options->input, "FILE.gsc", "the model").required();
     addText(command, "-o,--output", options->output, "DIR", "folder for the NAME.json").required();
     addFlag(command, "-w,--overwrite", options->overwrite, "replace paths that exist");
-    addImageSize(command, "--size", options->width, options->height, "WxH (default: 2048x2048)", "pixels of the image");
+    addImageSize(command, "--size", options->width, options->height, "WxH (default: 2048x2048)", "pixels of a picture");
     addNumber(command, "--fov", raw->fov, {1, 170}, " degrees", "DEGREES (default: 90)", "horizontal angle of view");
     addNumber(command, "--fps", options->fps, {1, 1000}, "", "N (default: 72; flight, stroll, look_around: 90)",
               "frames per second");
