@@ -43,8 +43,8 @@ constexpr double kAgainShare = 0.6, kAgainMargin = 0.1; // dB
 
 static_assert(PoseLimits{}.weights <= kMostImportancePoses);
 
-// A model that is baked to one target or several: what no target has a part in is done once. Options and progress must outlive
-// it. Throws as bake().
+// Bakes one model to one target or several; work that does not depend on a target is done once. Options and progress must
+// outlive it. Throws as bake().
 class Baker {
 public:
     // `curve`: the targets that there will be; empty = that of the options, or none.
@@ -87,8 +87,8 @@ public:
     Baker(const Baker&) = delete;
     Baker& operator=(const Baker&) = delete;
 
-    // One file, with output and target instead of those of the options: without a target where the options have none, with one
-    // where they have one. `last`: no call follows, and what this one needs no more is given back on the way.
+    // Writes one file, with output and target instead of those of the options. `target` must be set exactly if the options have
+    // a target. `last`: no call follows, so memory is given back on the way.
     BakeReport bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view,
                       bool last = false)
     {
@@ -235,13 +235,13 @@ private:
     [[noreturn]] void refuse(const SetScore& score, const char* set, const char* why) const
     {
         const PoseScore& worst = score.worstPose();
-        throw Error(ErrorCode::Difference,
-                    formatString("%s: the poses of the %s have %.2f dB together and %.2f dB at %s, expected %.2f and "
-                                 "%.2f (%s); nothing was written, pass another --target-psnr or --min-view-psnr, more "
-                                 "--cameras or fewer --levers%s",
-                                 m_options.name.c_str(), set, score.psnr, worst.psnr, worst.name.c_str(),
-                                 m_report.target, m_report.min_view, why,
-                                 m_options.levers & kLeverCompact ? ", or leave --compact out" : ""));
+        throw Error(
+            ErrorCode::Difference,
+            formatString("%s: the pictures of the %s have PSNR %.2f dB pooled and %.2f dB at %s, expected %.2f and "
+                         "%.2f (%s); nothing was written, pass another --target-psnr or --min-view-psnr, more "
+                         "--cameras or fewer --levers%s",
+                         m_options.name.c_str(), set, score.psnr, worst.psnr, worst.name.c_str(), m_report.target,
+                         m_report.min_view, why, m_options.levers & kLeverCompact ? ", or leave --compact out" : ""));
     }
 
     void write(bool last)

@@ -26,7 +26,7 @@ void tell(const ArchiveCommand& options, const ArchiveSizes& sizes, uint64_t anc
     Json sections = Json::array();
     std::string text;
     if (options.extract)
-        text = formatString("wrote       %s, %s, the file that %s of archive stand for\n", options.output.c_str(),
+        text = formatString("wrote       %s, %s, unpacked from an archive of %s\n", options.output.c_str(),
                             formatBytes(sizes.raw_bytes).c_str(), formatBytes(sizes.stored_bytes).c_str());
     else
         text = formatString("wrote       %s, %s of %s (%.1f %%), %.1f bytes an anchor\n", options.output.c_str(),

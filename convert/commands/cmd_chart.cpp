@@ -220,7 +220,7 @@ ErrorCode runChart(const ChartOptions& options, Reporter& report)
     const char* const what = input.kind == PageKind::Service ? "trace"
                              : input.kind == PageKind::Curve ? "curve"
                                                              : "run";
-    report.done(formatString("charted %zu %s%s in %s", count, what, count == 1 ? "" : "s", options.output.c_str()));
+    report.done(formatString("charted %s in %s", formatCount(count, what).c_str(), options.output.c_str()));
     return ErrorCode::Ok;
 }
 

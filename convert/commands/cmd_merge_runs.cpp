@@ -61,8 +61,8 @@ ErrorCode runMerge(const MergeOptions& options, Reporter& report)
     writeTextFile(options.output, merged.text, options.overwrite);
     if (report.json())
         report.object(mergeReport(options, merged, report));
-    report.done(formatString("merged %llu rows of %llu shards into %s", static_cast<unsigned long long>(merged.rows),
-                             static_cast<unsigned long long>(merged.shards), options.output.c_str()));
+    report.done(formatString("merged %s of %s into %s", formatCount(merged.rows, "row").c_str(),
+                             formatCount(merged.shards, "shard").c_str(), options.output.c_str()));
     return merged.exceeded == 0 ? ErrorCode::Ok : ErrorCode::Difference;
 }
 

@@ -95,22 +95,23 @@ std::string convertText(const ConvertFacts& facts)
 {
     const Checkpoint& checkpoint = facts.checkpoint;
     std::string text = modelText(paramsOf(checkpoint), checkpoint.anchor_count);
-    text += formatString("\nread        %s and %zu weight files, %zu cameras", checkpoint.ply_path.c_str(),
-                         checkpoint.weight_paths.size(), checkpoint.cameras.size());
+    text += formatString("\nread        %s and %s, %s", checkpoint.ply_path.c_str(),
+                         formatCount(checkpoint.weight_paths.size(), "weight file").c_str(),
+                         formatCount(checkpoint.cameras.size(), "camera").c_str());
     if (!facts.written)
         return text + formatString("\ndry run     nothing written; it would be %s\n", facts.options.output.c_str());
     const WriteReport& written = *facts.written;
     text += formatString("\nwrote       %s, %s (%.3f of the checkpoint)", facts.options.output.c_str(),
                          formatBytes(written.output_bytes).c_str(), ratio(written));
-    text += formatString("\nindex       %s levels, %s chunks, %s groups, %s leaves",
-                         formatCount(written.levels).c_str(), formatCount(written.chunks).c_str(),
-                         formatCount(written.groups).c_str(), formatCount(written.leaves).c_str());
+    text += formatString("\nindex       %s, %s, %s, %s", formatCount(written.levels, "level").c_str(),
+                         formatCount(written.chunks, "chunk").c_str(), formatCount(written.groups, "group").c_str(),
+                         formatCount(written.leaves, "leaf", "leaves").c_str());
     if (facts.options.sensitivity != SensitivityMode::None)
         text += formatString("\nsensitivity sampled from %u directions, %.2f s of all threads together", kProbes,
                              written.sensitivity_seconds);
     if (written.dropped)
-        text += formatString("\ndropped     %s anchors with values that are not finite",
-                             formatCount(written.dropped).c_str());
+        text += formatString("\ndropped     %s with values that are not finite",
+                             formatCount(written.dropped, "anchor").c_str());
     text += formatString("\nlossless    %s (%s)\n", isLossless(facts) ? "yes" : "no", howVerified(facts).c_str());
     return text;
 }

@@ -34,12 +34,14 @@ Json modelJson(const ModelParams& params, uint64_t anchors)
 
 std::string modelText(const ModelParams& params, uint64_t anchors)
 {
-    std::string text = formatString("model       %s, %s anchors x %u offsets, %u features", kFamilyNames[params.family],
-                                    formatCount(anchors).c_str(), params.n_offsets, params.feat_dim);
+    std::string text =
+        formatString("model       %s, %s x %s, %s", kFamilyNames[params.family], formatCount(anchors, "anchor").c_str(),
+                     formatCount(params.n_offsets, "offset").c_str(), formatCount(params.feat_dim, "feature").c_str());
     if (params.flags & kModelFeatureBank)
         text += ", feature bank";
     if (params.appearance_dim)
-        text += formatString(", appearance %u rows x %u", params.appearance_rows, params.appearance_dim);
+        text += formatString(", appearance %s x %u", formatCount(params.appearance_rows, "row").c_str(),
+                             params.appearance_dim);
     if (params.flags & kModelHasLevels)
         text += formatString("\nlod         %s, fork %u, levels %d to %d, standard distance %g",
                              kLevelRuleNames[params.level_rule], params.fork, params.level_min,

@@ -135,9 +135,9 @@ std::string pictureSetText(const char* title, const PictureSet& pictures)
                                     pictures.views[size_t(pool.worst_frame)].name.c_str(), pool.max_error);
     for (const ScoredPicture& view : pictures.views)
         text +=
-            formatString("  %-22s %s, max error %.3g, MSE %.3g, SSIM %.6f, FLIP %.6f%s%s\n", view.name.c_str(),
+            formatString("  %-22s %s, max error %.3g, MSE %.3g, SSIM %.4f, FLIP %.4f%s%s\n", view.name.c_str(),
                          decibels(view.difference.psnr, " dB").c_str(), view.difference.max_error, view.difference.mse,
-                         view.ssim, view.flip, view.lpips ? formatString(", LPIPS %.6f", *view.lpips).c_str() : "",
+                         view.ssim, view.flip, view.lpips ? formatString(", LPIPS %.4f", *view.lpips).c_str() : "",
                          view.picture_bits == 8 ? ", beyond the rounding of an 8-bit picture" : "");
     return text;
 }

@@ -207,12 +207,12 @@ struct FrameCounters {
     unsigned long long evaluations[kMaxEyes];
     CoarseCounters coarse;
     uint32_t overflow;
-    ColumnRange columns; // FrameOptions: told by select, for stages whose arguments stay as they were captured
+    ColumnRange columns; // FrameOptions: select writes them here, since a captured graph keeps its arguments
     unsigned long long
         stage_ns[kStages]; // what stages took that have ended (stage_clock_cuda.h); not cleared with the rest
 };
 
-// A buffer was too small: what follows would be drawn for nothing.
+// True if a buffer overflowed: the frame is drawn again, so its later stages can skip.
 GSC_HD bool willRepeat(const FrameCounters& counters)
 {
     return counters.overflow != 0;

@@ -26,7 +26,7 @@ struct ScoreGaze {
 struct SquareSumsCudaArgs {
     PicturePair pair;
     ScoreGaze gaze;
-    float *last_error, *last_image; // height x width x 3, of the picture before; what is there at first is of no matter
+    float *last_error, *last_image; // height x width x 3, of the picture before; first values are ignored
     SquareSums* squares;            // row by row
 };
 void squareSumsCuda(const SquareSumsCudaArgs& args, CUstream_st* stream);

@@ -43,17 +43,16 @@ std::string workersText(const std::optional<ServiceStats>& stats)
 {
     if (!stats)
         return {};
-    std::string text = formatString("mode %s, %u of %zu workers %s%s%s\n", serviceModeName(stats->plan.mode),
-                                    stats->plan.workers, stats->workers.size(),
+    std::string text = formatString("mode %s, %u of %s %s%s%s\n", serviceModeName(stats->plan.mode),
+                                    stats->plan.workers, formatCount(stats->workers.size(), "worker").c_str(),
                                     stats->plan.workers == 1                 ? "draws"
                                     : stats->plan.mode == ServiceMode::Frame ? "take turns"
                                                                              : "share each frame",
                                     stats->plan_cause.empty() ? "" : ": ", stats->plan_cause.c_str());
     for (const WorkerStats& worker : stats->workers) {
-        text +=
-            formatString("  %-8s %-24s %s, parts %llu, busy %.0f ms, starts %u, stops %u",
-                         deviceText(worker.device).c_str(), worker.name.c_str(), workerStateName(worker.state),
-                         static_cast<unsigned long long>(worker.parts), worker.busy_ms, worker.starts, worker.stops);
+        text += formatString("  %-8s %-24s %s, parts %s, busy %.0f ms, starts %u, stops %u",
+                             deviceText(worker.device).c_str(), worker.name.c_str(), workerStateName(worker.state),
+                             formatCount(worker.parts).c_str(), worker.busy_ms, worker.starts, worker.stops);
         text += worker.faults > 0
                     ? formatString(", faults %u, the last: %s\n", worker.faults, worker.last_fault.c_str())
                     : "\n";

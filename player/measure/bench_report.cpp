@@ -221,24 +221,36 @@ std::string rooflineText(const BenchOptions& options, const BenchSummary& summar
                      "operations/s, exp %.2f T/s, fp16 matrix %.0f TFLOP/s\n",
                      ceilings.copy_bytes_per_s * 1e-12, ceilings.read_bytes_per_s * 1e-12,
                      ceilings.fma_lane_ops_per_s * 1e-12, ceilings.exp_per_s * 1e-12, ceilings.mma_flop_per_s * 1e-12);
-    text += formatString("  %-16s %10s %12s %12s %10s %10s %8s  %s\n", "", "MB", "fp32 Gop", "matrix Gop", "floor",
-                         "measured", "%", "bound by");
+    text += formatString("  %-16s %10s %12s %12s %10s %11s %10s  %s\n", "", "MB", "fp32 Gop", "matrix Gop", "floor ms",
+                         "measured ms", "floor in %", "bound by");
     for (const RooflineRow& row : rows) {
         const StageWork& work = row.work;
         if (row.floor.ms == 0 && row.measured_ms == 0)
             continue; // a part of another stage
-        text += formatString("  %-16s %10.2f %12.3f %12.3f %10.4f %10.4f %8.1f  %s\n", row.name,
-                             (work.bytes_read + work.bytes_written) * 1e-6, work.lane_operations * 1e-9,
-                             work.matrix_flop * 1e-9, row.floor.ms, row.measured_ms, row.percent(),
+        text += formatString("  %-16s %10s %12s %12s %10s %11s %10.1f  %s\n", row.name,
+                             formatMeasured((work.bytes_read + work.bytes_written) * 1e-6).c_str(),
+                             formatMeasured(work.lane_operations * 1e-9).c_str(),
+                             formatMeasured(work.matrix_flop * 1e-9).c_str(), formatMeasured(row.floor.ms).c_str(),
+                             formatMeasured(row.measured_ms).c_str(), row.percent(),
                              row.floor.bound == Bound::None ? "-" : boundName(row.floor.bound));
     }
     return text;
 }
 
-std::string tableRow(const char* name, const Spread& s, int digits)
+std::string spreadRow(const char* name, const Spread& s, std::string (*shown)(double))
 {
-    return formatString("  %-16s %12.*f %12.*f %12.*f %12.*f %12.*f\n", name, digits, s.mean, digits, s.median, digits,
-                        s.p95, digits, s.p99, digits, s.max);
+    return formatString("  %-18s %12s %12s %12s %12s %12s\n", name, shown(s.mean).c_str(), shown(s.median).c_str(),
+                        shown(s.p95).c_str(), shown(s.p99).c_str(), shown(s.max).c_str());
+}
+
+std::string tableRow(const char* name, const Spread& spread)
+{
+    return spreadRow(name, spread, formatMeasured);
+}
+
+std::string countRow(const char* name, const Spread& spread)
+{
+    return spreadRow(name, spread, [](double count) { return formatCount(uint64_t(std::llround(count))); });
 }
 
 } // namespace
@@ -291,60 +303,61 @@ std::string benchReportText(const BenchOptions& options, const BenchSummary& sum
 {
     const PlayOptions& play = options.play;
     const DeviceFacts& device = summary.device;
-    std::string text = formatString("%s: %llu anchors, %s, %s, %s; %s", play.model.file.c_str(),
-                                    static_cast<unsigned long long>(summary.file.anchors), summary.backend.c_str(),
+    std::string text = formatString("%s: %s, %s, %s, %s; %s", play.model.file.c_str(),
+                                    formatCount(summary.file.anchors, "anchor").c_str(), summary.backend.c_str(),
                                     tierName(summary.tier), play.view.eyes == 2 ? "two eyes" : "one eye",
                                     device.name.empty() ? "unknown device" : device.name.c_str());
     if (!device.driver.empty())
         text += formatString(", driver %s", device.driver.c_str());
     if (device.clock_mhz > 0)
         text += formatString(", %.0f MHz, memory %.0f MHz", device.clock_mhz, device.memory_clock_mhz);
-    text += formatString("\n%zu frames after %u of warm-up, round %llu cameras; milliseconds\n", summary.frames.size(),
-                         options.warmup, static_cast<unsigned long long>(summary.shots));
-    text += formatString("  %-16s %12s %12s %12s %12s %12s\n", "", "mean", "median", "p95", "p99", "max");
+    text += formatString("\n%s after %s of warm-up, round %s\n", formatCount(summary.frames.size(), "frame").c_str(),
+                         formatCount(options.warmup).c_str(), formatCount(summary.shots, "camera").c_str());
+    text += formatString("  %-18s %12s %12s %12s %12s %12s\n", "milliseconds", "mean", "median", "p95", "p99", "max");
     const FrameTimes times = timesOf(summary.frames);
-    text += tableRow("frame, wall", times.wall, 3);
-    text += tableRow("frame, device", times.device, 3);
+    text += tableRow("frame, wall", times.wall);
+    text += tableRow("frame, device", times.device);
     for (size_t i = 0; i < std::size(kStages); ++i)
-        text += tableRow(kStages[i].name, times.stages[i], 3);
+        text += tableRow(kStages[i].name, times.stages[i]);
     const Spread even = perGaussian(summary);
-    text += tableRow("ns per Gaussian", even, 3);
-    text += formatString("p99 of the time per Gaussian is %.2f times its median\nper eye\n",
+    text += tableRow("ns per Gaussian", even);
+    text += formatString("time per Gaussian: p99 is %.2f times the median\ncounts per eye\n",
                          even.median > 0 ? even.p99 / even.median : 0.0);
     for (const EyeCount& count : kEyeCounts)
-        text += tableRow(count.name, countPerEye(summary.frames, play.view.eyes, count.field), 0);
+        text += countRow(count.name, countPerEye(summary.frames, play.view.eyes, count.field));
     if (play.frame.reuse.policy != ReusePolicy::None) {
-        text += "cache, all eyes\n";
+        text += "cache of all eyes: bytes, entries dropped\n";
         for (const auto& count : kCacheCounts)
-            text += tableRow(count.name, cacheCount(summary, count.field), 0);
+            text += countRow(count.name, cacheCount(summary, count.field));
     }
     if (summary.frame.detailPixels() > 0) {
-        text += formatString("detail %g, all eyes\n", summary.frame.detailPixels());
+        text += formatString("detail %g pixels: groups of all eyes\n", summary.frame.detailPixels());
         for (const auto& count : kCoarseCounts)
-            text += tableRow(count.name, groupsPerFrame(summary.frames, count.field), 0);
+            text += countRow(count.name, groupsPerFrame(summary.frames, count.field));
     }
     text += targetText(summary.frame, summary.frames) + rooflineText(options, summary) + workersText(summary.service);
-    text += formatString("peak memory %.3f GiB",
-                         double(mostOf(summary.frames, &FrameResult::bytes_resident)) / double(1 << 30));
+    text += formatString("peak memory %s", formatBytes(mostOf(summary.frames, &FrameResult::bytes_resident)).c_str());
     if (device.context_bytes > 0)
-        text += formatString(", of which %.3f the driver's context", double(device.context_bytes) / double(1 << 30));
+        text += formatString(", of which %s the driver's context", formatBytes(device.context_bytes).c_str());
     if (const Spread passes = passesOf(summary); passes.max > 1)
         text += formatString("; %.1f depth passes per frame, %.0f at most", passes.mean, passes.max);
     if (const uint32_t grown = grownFrames(summary); grown > 0)
-        text += formatString("; %u measured frames enlarged a buffer, more --warmup avoids that", grown);
+        text += formatString("; %s enlarged a buffer, more --warmup avoids that",
+                             formatCount(grown, "measured frame").c_str());
     if (const Repeats repeats = repeatsOf(summary); repeats.count > 0)
-        text += formatString(
-            "\ndrawn again because a buffer was too small: %u measured frames, %llu repeats; they took "
-            "%.3f of the device's milliseconds above, %.3f at most in a frame",
-            repeats.frames, static_cast<unsigned long long>(repeats.count), repeats.sum_ms, repeats.max_ms);
+        text += formatString("\ndrawn again because a buffer was too small: %s, %s; they took %s of the device's "
+                             "milliseconds above, %s at most in a frame",
+                             formatCount(repeats.frames, "measured frame").c_str(),
+                             formatCount(repeats.count, "repeat").c_str(), formatMeasured(repeats.sum_ms).c_str(),
+                             formatMeasured(repeats.max_ms).c_str());
     if (summary.quality.frames > 0 && summary.quality.max_error == 0)
-        text += formatString("\nagainst exact of %s, %llu images: equal", summary.reference.c_str(),
-                             static_cast<unsigned long long>(summary.quality.frames));
+        text += formatString("\nagainst exact of %s, %s: identical", summary.reference.c_str(),
+                             formatCount(summary.quality.frames, "image").c_str());
     else if (summary.quality.frames > 0)
-        text +=
-            formatString("\nagainst exact of %s, %llu images: PSNR %.2f dB pooled, %.2f dB worst, largest error %.5f",
-                         summary.reference.c_str(), static_cast<unsigned long long>(summary.quality.frames),
-                         summary.quality.psnr(), summary.quality.worst_psnr, summary.quality.max_error);
+        text += formatString("\nagainst exact of %s, %s: PSNR %s pooled, %s worst, largest error %.4g",
+                             summary.reference.c_str(), formatCount(summary.quality.frames, "image").c_str(),
+                             decibels(summary.quality.psnr(), " dB").c_str(),
+                             decibels(summary.quality.worst_psnr, " dB").c_str(), summary.quality.max_error);
     text += "\n";
     return summary.fovea ? text + foveaText(*summary.fovea) : text;
 }

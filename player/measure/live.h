@@ -17,7 +17,7 @@ struct LiveOptions {
     PlayOptions play;                             // its outputs are not used
     double rate = 90;                             // poses per second
     double seconds = 0;                           // going round the cameras; 0 = once through them
-    double timeout_ms = 50;                       // that a pose may wait before it is begun
+    double timeout_ms = 50;                       // longest wait of a pose before it is begun
     double still_distance = 0, still_degrees = 0; // ServiceOptions
     std::string trace; // file that takes the trace, empty = none; OutputChoice::overwrite is its
 };

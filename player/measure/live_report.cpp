@@ -20,20 +20,18 @@ std::string liveReportText(const LiveOptions& options, const LiveSummary& summar
 {
     constexpr size_t kMostEvents = 40; // lines; the trace has them all
     const LedgerCounts& counts = summary.service.counts;
-    const auto of = [&](PoseEnd end) { return static_cast<unsigned long long>(counts.of(end)); };
+    const auto of = [&](PoseEnd end) { return formatCount(counts.of(end)); };
     const LatencyStats& latency = summary.service.latency;
-    const std::string still = summary.service.still > 0
-                                  ? formatString(", and %llu as good as the pose before",
-                                                 static_cast<unsigned long long>(summary.service.still))
-                                  : "";
-    std::string text =
-        formatString("%llu poses at %g a second, %.2f s: %llu shown (%.1f fps), %llu late, %llu expired, "
-                     "%llu failed%s\n",
-                     static_cast<unsigned long long>(counts.submitted), options.rate, summary.seconds,
-                     of(PoseEnd::Shown), summary.seconds > 0 ? double(counts.of(PoseEnd::Shown)) / summary.seconds : 0,
-                     of(PoseEnd::Late), of(PoseEnd::Expired), of(PoseEnd::Failed), still.c_str());
-    text += formatString("latency from pose to picture: median %.2f ms, p95 %.2f, p99 %.2f, most %.2f\n", latency.p50,
-                         latency.p95, latency.p99, latency.most);
+    const std::string still = summary.service.still > 0 ? formatString(", and %s as good as the pose before",
+                                                                       formatCount(summary.service.still).c_str())
+                                                        : "";
+    std::string text = formatString(
+        "%s at %g a second, %.2f s: %s shown (%.1f fps), %s late, %s expired, %s failed%s\n",
+        formatCount(counts.submitted, "pose").c_str(), options.rate, summary.seconds, of(PoseEnd::Shown).c_str(),
+        summary.seconds > 0 ? double(counts.of(PoseEnd::Shown)) / summary.seconds : 0, of(PoseEnd::Late).c_str(),
+        of(PoseEnd::Expired).c_str(), of(PoseEnd::Failed).c_str(), still.c_str());
+    text += formatString("latency from pose to picture: median %.2f ms, p95 %.2f ms, p99 %.2f ms, most %.2f ms\n",
+                         latency.p50, latency.p95, latency.p99, latency.most);
     text += workersText(summary.service);
     size_t lines = 0;
     for (const TraceEvent& event : summary.trace.events) {

@@ -148,12 +148,11 @@ std::string stabilityReportText(const StabilityOptions& options, const Stability
                      tierName(summary.paths.empty() ? options.play.frame.tier : summary.paths.back().tier),
                      summary.reference.c_str());
     if (options.play.shard.isGiven())
-        text += formatString("shard %s: %zu of %llu trajectories, %llu of them done before\n",
-                             options.play.shard.text().c_str(), summary.paths.size(),
-                             static_cast<unsigned long long>(summary.all_paths),
-                             static_cast<unsigned long long>(summary.paths_before));
-    text += formatString("%-20s %7s %9s %9s %9s %9s %9s %9s %9s  %s\n", "trajectory", "frames", "ms", "p99", "PSNR",
-                         "worst", "flicker", "most", "hits %", "verdict");
+        text += formatString("shard %s: %zu of %s, %s of them done before\n", options.play.shard.text().c_str(),
+                             summary.paths.size(), formatCount(summary.all_paths, "trajectory", "trajectories").c_str(),
+                             formatCount(summary.paths_before).c_str());
+    text += formatString("%-20s %7s %9s %9s %9s %9s %9s %9s %9s  %s\n", "trajectory", "frames", "ms", "p99 ms",
+                         "PSNR dB", "worst dB", "flicker", "most", "hits %", "verdict");
     for (const StabilityPath& entry : summary.paths) {
         const Accuracy& accuracy = entry.accuracy;
         const Spread& wall = entry.ms.wall;

@@ -27,9 +27,9 @@ void stopIfInterrupted(size_t frames, const PlaySummary& summary, const PlayOpti
     const bool goes_on = options.shard.isGiven();
     throw Error(ErrorCode::Interrupted,
                 formatString("interrupted: stopped after %zu of %zu frames, expected to run to the end; run it "
-                             "again%s (%zu image%s written, all complete, and %s)",
-                             summary.frames.size(), frames, goes_on ? " to go on" : "", summary.images.size(),
-                             summary.images.size() == 1 ? " was" : "s were",
+                             "again%s (%s written, all complete, and %s)",
+                             summary.frames.size(), frames, goes_on ? " to go on" : "",
+                             formatCount(summary.images.size(), "image").c_str(),
                              goes_on ? ("their lines are in " + options.output.stats).c_str() : "no statistics file"));
 }
 
@@ -38,10 +38,10 @@ void noteFrame(Reporter& log, const FrameStats& stats)
     const StageTimes& t = stats.result.times;
     log.detail(formatString(
         "frame %llu %s: %.1f ms (select %.1f, decode %.1f, project %.1f, bin %.1f, sort %.1f, blend "
-        "%.1f), %llu anchors, %llu pairs",
+        "%.1f), %s, %s",
         static_cast<unsigned long long>(stats.frame), stats.camera.c_str(), t.total, t.select, t.decode, t.project,
-        t.bin, t.sort, t.blend, static_cast<unsigned long long>(stats.result.eyes[0].anchors_visible),
-        static_cast<unsigned long long>(stats.result.eyes[0].pairs + stats.result.eyes[1].pairs)));
+        t.bin, t.sort, t.blend, formatCount(stats.result.eyes[0].anchors_visible, "anchor").c_str(),
+        formatCount(stats.result.eyes[0].pairs + stats.result.eyes[1].pairs, "pair").c_str()));
 }
 
 } // namespace

@@ -7,6 +7,8 @@
 #include "runtime/cli/version.h"
 #include "player/options/level_report.h"
 
+#include <cmath>
+
 namespace gsc {
 
 namespace {
@@ -26,13 +28,13 @@ std::string reuseText(const PlayOptions& options, const PlaySummary& summary)
     const double decoded = meanCount(options, summary, &EyeCounts::anchors_decoded);
     const double reused = meanCount(options, summary, &EyeCounts::anchors_reused);
     std::string text =
-        formatString("reuse %s: %.1f %% of anchors drawn again, cache %.1f MiB, %llu evictions",
-                     policyName(options.frame.reuse.policy), reused > 0 ? 100 * reused / (reused + decoded) : 0.0,
-                     double(mostOf(summary.frames, &FrameResult::cache_bytes)) / double(1 << 20),
-                     static_cast<unsigned long long>(sumOf(summary.frames, &FrameResult::cache_evictions)));
+        formatString("reuse %s: %.1f %% of anchors drawn again, cache %s, %s", policyName(options.frame.reuse.policy),
+                     reused > 0 ? 100 * reused / (reused + decoded) : 0.0,
+                     formatBytes(mostOf(summary.frames, &FrameResult::cache_bytes)).c_str(),
+                     formatCount(sumOf(summary.frames, &FrameResult::cache_evictions), "eviction").c_str());
     const double overdue = meanCount(options, summary, &EyeCounts::anchors_overdue);
     if (overdue > 0)
-        text += formatString("; for want of budget %.1f overdue per eye", overdue);
+        text += formatString("; %.1f anchors per eye overdue for want of budget", overdue);
     return text + "\n";
 }
 
@@ -41,10 +43,9 @@ std::string shardText(const PlayOptions& options, const PlaySummary& summary)
 {
     if (!options.shard.isGiven())
         return {};
-    return formatString("shard %s: %llu of %llu frames, %llu of them done before\n", options.shard.text().c_str(),
-                        static_cast<unsigned long long>(summary.shard_frames),
-                        static_cast<unsigned long long>(summary.set_frames),
-                        static_cast<unsigned long long>(summary.frames_before));
+    return formatString("shard %s: %s of %s, %s of them done before\n", options.shard.text().c_str(),
+                        formatCount(summary.shard_frames).c_str(), formatCount(summary.set_frames, "frame").c_str(),
+                        formatCount(summary.frames_before).c_str());
 }
 
 } // namespace
@@ -55,28 +56,29 @@ std::string playReportText(const PlayOptions& options, const PlaySummary& summar
         return shardText(options, summary);
     const FrameTimes times = timesOf(summary.frames);
     const double median = times.device.median;
-    std::string text =
-        formatString("%zu frame%s, %s, %s, %s: median %.1f ms (%.1f frames/s), p95 %.1f ms, worst %.1f ms\n",
-                     summary.frames.size(), summary.frames.size() == 1 ? "" : "s",
-                     options.view.eyes == 1                       ? "one eye"
-                     : options.frame.stereo == StereoMode::Merged ? "two eyes decoded at once"
-                                                                  : "two eyes",
-                     tierName(summary.tier), summary.backend.c_str(), median, median > 0 ? 1000 / median : 0.0,
-                     times.device.p95, times.device.max);
+    std::string text = formatString("%s, %s, %s, %s: median %.1f ms (%.1f frames/s), p95 %.1f ms, worst %.1f ms\n",
+                                    formatCount(summary.frames.size(), "frame").c_str(),
+                                    options.view.eyes == 1                       ? "one eye"
+                                    : options.frame.stereo == StereoMode::Merged ? "two eyes decoded at once"
+                                                                                 : "two eyes",
+                                    tierName(summary.tier), summary.backend.c_str(), median,
+                                    median > 0 ? 1000 / median : 0.0, times.device.p95, times.device.max);
+    const auto meanText = [&](uint64_t EyeCounts::*field, const char* noun) {
+        return formatCount(uint64_t(std::llround(meanCount(options, summary, field))), noun);
+    };
     text += "mean ms:";
     for (size_t i = 0; i < std::size(kStages); ++i)
         text += formatString(" %s %.1f", kStages[i].name, times.stages[i].mean);
-    text += formatString("\nmean per eye: %.0f anchors visible, %.0f Gaussians on screen, %.0f tile pairs\n",
-                         meanCount(options, summary, &EyeCounts::anchors_visible),
-                         meanCount(options, summary, &EyeCounts::gaussians_visible),
-                         meanCount(options, summary, &EyeCounts::pairs));
+    text += formatString(
+        "\nmean per eye: %s visible, %s on screen, %s\n", meanText(&EyeCounts::anchors_visible, "anchor").c_str(),
+        meanText(&EyeCounts::gaussians_visible, "Gaussian").c_str(), meanText(&EyeCounts::pairs, "tile pair").c_str());
     if (const double dropped = meanCount(options, summary, &EyeCounts::gaussians_dropped); dropped > 0)
         text += formatString("dropped: %.1f Gaussians per eye that are not finite\n", dropped);
     text += reuseText(options, summary) + detailText(summary.frame, summary.frames) +
             targetText(summary.frame, summary.frames) + workersText(summary.service);
     text += shardText(options, summary);
     if (!summary.images.empty())
-        text += formatString("%zu image%s: %s%s\n", summary.images.size(), summary.images.size() == 1 ? "" : "s",
+        text += formatString("%s: %s%s\n", formatCount(summary.images.size(), "image").c_str(),
                              summary.images.front().c_str(),
                              summary.images.size() > 1 ? (" .. " + summary.images.back()).c_str() : "");
     if (!options.output.video.empty())

@@ -129,15 +129,16 @@ RunRow runRow(const RunContext& context, const RowConfig& config, const RunConfi
 
 std::string runTableHeader()
 {
-    return formatString("%-14s %-8s %-32s %9s %9s %9s %8s %8s %8s %8s %7s %9s\n", "trajectory", "backend", "reuse",
-                        "ms", "p99", "decode", "PSNR", "p1", "worst", "flicker", "hits %", "cache MiB");
+    return formatString("%-14s %-8s %-32s %9s %9s %9s %9s %9s %9s %13s %7s %9s\n", "trajectory", "backend", "reuse",
+                        "ms", "p99 ms", "decode ms", "PSNR dB", "p1 dB", "worst dB", "flicker 1/255", "hits %",
+                        "cache MiB");
 }
 
 std::string runTableLine(const RunRow& row)
 {
     const Accuracy& accuracy = row.accuracy;
     const std::string line =
-        formatString("%-14s %-8s %-32s %9.2f %9.2f %9.2f %8s %8s %8s %8s %7.1f %9.1f\n", row.config.trajectory.c_str(),
+        formatString("%-14s %-8s %-32s %9.2f %9.2f %9.2f %9s %9s %9s %13s %7.1f %9.1f\n", row.config.trajectory.c_str(),
                      row.backend.c_str(), shortName(row.config).c_str(), row.ms.wall.median, row.ms.wall.p99,
                      row.ms.stages[kDecodeStage].median, decibels(boundedPsnr(accuracy.psnr_pooled)).c_str(),
                      decibels(boundedPsnr(accuracy.psnr_p1)).c_str(), decibels(boundedPsnr(accuracy.psnr_min)).c_str(),

@@ -141,10 +141,11 @@ public:
             ++m_runs_done;
         }
         if (m_shard)
-            m_log.tell(formatString("shard %s: %zu of the %llu runs", m_given_shard.c_str(), m_tasks.size(),
-                                    static_cast<unsigned long long>(m_shard->tasks)));
+            m_log.tell(formatString("shard %s: %s of %s", m_given_shard.c_str(), formatCount(m_tasks.size()).c_str(),
+                                    formatCount(m_shard->tasks, "run").c_str()));
         if (m_found > 0)
-            m_log.tell(formatString("%zu of %zu runs were in the file already", m_found, m_runs_done));
+            m_log.tell(formatString("in the file already: %s of %s", formatCount(m_found).c_str(),
+                                    formatCount(m_runs_done, "run").c_str()));
     }
 
     // Says how many runs Ctrl-C left done.

@@ -202,8 +202,8 @@ void Panel::setFacts(const ServiceStats& stats, const FrameResult& last, const s
         formatCount(stats.counts.of(PoseEnd::Failed)).c_str());
     std::string workers;
     for (const WorkerStats& worker : stats.workers)
-        workers += formatString("%s%s %s, %s parts", workers.empty() ? "" : "; ", deviceText(worker.device).c_str(),
-                                workerStateName(worker.state), formatCount(worker.parts).c_str());
+        workers += formatString("%s%s %s, %s", workers.empty() ? "" : "; ", deviceText(worker.device).c_str(),
+                                workerStateName(worker.state), formatCount(worker.parts, "part").c_str());
     item("workers").text = workers;
 }
 

@@ -86,11 +86,10 @@ std::string windowText(const WindowSummary& summary)
 {
     const LedgerCounts& poses = summary.service.counts;
     const auto of = [&](PoseEnd end) { return formatCount(poses.of(end)); };
-    std::string text =
-        formatString("%s frames in %.1f s; %s poses: %s shown, %s late, %s expired, %s failed\n",
-                     formatCount(summary.frames).c_str(), summary.seconds, formatCount(poses.submitted).c_str(),
-                     of(PoseEnd::Shown).c_str(), of(PoseEnd::Late).c_str(), of(PoseEnd::Expired).c_str(),
-                     of(PoseEnd::Failed).c_str());
+    std::string text = formatString(
+        "%s in %.1f s; %s: %s shown, %s late, %s expired, %s failed\n", formatCount(summary.frames, "frame").c_str(),
+        summary.seconds, formatCount(poses.submitted, "pose").c_str(), of(PoseEnd::Shown).c_str(),
+        of(PoseEnd::Late).c_str(), of(PoseEnd::Expired).c_str(), of(PoseEnd::Failed).c_str());
     text += workersText(summary.service);
     for (const std::string& file : summary.files)
         text += "wrote " + file + "\n";

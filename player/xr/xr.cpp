@@ -141,8 +141,9 @@ XrSummary runXr(const XrOptions& options, Reporter& log)
     }
     const std::shared_ptr<const Scene> scene = openScene(options.play.model, options.play.devices);
     const HeadsetFacts& facts = headset->facts();
-    log.tell(formatString("%s on %s, %zu views of %ux%u", facts.headset.c_str(), facts.runtime.c_str(),
-                          facts.views.size(), facts.views.front().width, facts.views.front().height));
+    log.tell(formatString("%s on %s, %s of %ux%u", facts.headset.c_str(), facts.runtime.c_str(),
+                          formatCount(facts.views.size(), "view").c_str(), facts.views.front().width,
+                          facts.views.front().height));
     if (!facts.draws)
         log.detail(formatString("%s shows what another device draws: pictures go through memory of the host",
                                 facts.gpu.c_str()));
@@ -268,10 +269,10 @@ OrderedJson xrJson(const XrSummary& summary)
 
 std::string xrText(const XrSummary& summary)
 {
-    std::string text =
-        formatString("%s frames in %.1f s, %s visible, %s refreshes missed; %s pictures\n",
-                     formatCount(summary.frames).c_str(), summary.seconds, formatCount(summary.visible).c_str(),
-                     formatCount(summary.missed).c_str(), formatCount(summary.pictures).c_str());
+    std::string text = formatString(
+        "%s in %.1f s, %s visible, %s missed; %s\n", formatCount(summary.frames, "frame").c_str(), summary.seconds,
+        formatCount(summary.visible).c_str(), formatCount(summary.missed, "refresh", "refreshes").c_str(),
+        formatCount(summary.pictures, "picture").c_str());
     uint64_t shown = 0;
     for (const uint64_t count : summary.ages)
         shown += count;
@@ -279,10 +280,10 @@ std::string xrText(const XrSummary& summary)
         const uint64_t fresh = summary.ages[0] + summary.ages[1] + summary.ages[2];
         text += formatString("age of what is shown: median %.0f refreshes, p99 %.0f, most %.0f; %.2f %% at most 2\n",
                              summary.age.median, summary.age.p99, summary.age.max, 100 * double(fresh) / double(shown));
-        text += formatString("from pose to picture: median %.2f ms, p99 %.2f; of the thread per frame: median %.3f ms, "
-                             "p99 %.3f\n",
-                             summary.latency_ms.median, summary.latency_ms.p99, summary.busy_ms.median,
-                             summary.busy_ms.p99);
+        text += formatString(
+            "from pose to picture: median %.2f ms, p99 %.2f ms; busy time of the thread per frame: median %.3f ms, "
+            "p99 %.3f ms\n",
+            summary.latency_ms.median, summary.latency_ms.p99, summary.busy_ms.median, summary.busy_ms.p99);
     }
     if (summary.headset.tells_mask)
         text += "lens mask: " + maskText(summary.headset) + "\n";

@@ -48,7 +48,7 @@ public:
     virtual void finish() = 0; // waits until all are there
 };
 
-// Whole pages of this process; `place` is of no matter. Throws Error(OutOfMemory).
+// Whole pages of this process; `place` is ignored. Throws Error(OutOfMemory).
 std::byte* allocatePages(size_t bytes, int place);
 void freePages(std::byte* block, int place);
 

@@ -86,8 +86,8 @@ std::string helpOf(const CLI::App& command)
     const std::vector<const CLI::Option*> all = optionsOf(command);
     const auto most = std::count_if(all.begin(), all.end(), [](const CLI::Option* o) { return o->get_positional(); });
     fail(formatString("%.80s: one word too many, expected %s behind %s; see %s", word.c_str(),
-                      most == 0 ? "options only" : formatString("%zu beside the options", size_t(most)).c_str(),
-                      path.c_str(), helpOf(command).c_str()));
+                      most == 0 ? "options only" : formatString("%zu and options", size_t(most)).c_str(), path.c_str(),
+                      helpOf(command).c_str()));
 }
 
 class Walker {

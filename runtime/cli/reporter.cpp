@@ -31,7 +31,11 @@ std::string formatBytes(uint64_t bytes)
         ++unit;
     }
     return unit == 0 ? formatString("%llu B", static_cast<unsigned long long>(bytes))
-                     : formatString(value < 10 ? "%.2f %s" : "%.1f %s", value, kUnits[unit]);
+                     : formatString("%.*f %s",
+                                    value < 9.995    ? 2
+                                    : value < 999.95 ? 1
+                                                     : 0,
+                                    value, kUnits[unit]);
 }
 
 std::string formatCount(uint64_t count)
@@ -40,6 +44,22 @@ std::string formatCount(uint64_t count)
     for (size_t i = text.size(); i > 3; i -= 3)
         text.insert(i - 3, 1, ',');
     return text;
+}
+
+std::string formatCount(uint64_t count, const char* noun, const char* plural)
+{
+    return formatCount(count) + " " +
+           (count == 1          ? noun
+            : plural != nullptr ? std::string(plural)
+                                : std::string(noun) + "s");
+}
+
+std::string formatMeasured(double value)
+{
+    const double size = std::abs(value);
+    if (size >= 999.95 && size < 1e18)
+        return (value < 0 ? "-" : "") + formatCount(uint64_t(std::llround(size)));
+    return formatString("%.*f", size < 9.9995 ? 3 : size < 99.995 ? 2 : 1, value);
 }
 
 uint64_t peakMemoryBytes()

@@ -23,10 +23,14 @@ struct ReporterOptions {
     bool no_color = false;
 };
 
-// 1536 -> "1.5 KiB", three significant digits or so.
+// 1536 -> "1.50 KiB", three or four significant digits.
 std::string formatBytes(uint64_t bytes);
 // 1234567 -> "1,234,567".
 std::string formatCount(uint64_t count);
+// "1 frame", "1,200 frames"; `plural` where it is not the noun with an s.
+std::string formatCount(uint64_t count, const char* noun, const char* plural = nullptr);
+// A measured value with four significant digits and at most three decimals, for columns: 0.123, 12.35, 1,235.
+std::string formatMeasured(double value);
 // Largest resident set of this process so far, bytes.
 uint64_t peakMemoryBytes();
 

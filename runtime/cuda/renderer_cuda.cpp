@@ -414,7 +414,7 @@ FrameState CudaRenderer::wait(uint64_t ticket, FrameResult& result, std::chrono:
     return flight.overflowed ? FrameState::Overflowed : FrameState::Done;
 }
 
-// Ends a frame that is drawn, after those before it. Errors are stored for its own wait() to throw.
+// Ends a frame that is drawn, after those before it. Errors are stored, and thrown by wait() of that frame.
 void CudaRenderer::end(Flight& flight)
 {
     const FrameCounters& c = *flight.counters.data;

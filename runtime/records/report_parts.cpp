@@ -37,7 +37,7 @@ OrderedJson unknownIfZero(double value)
 
 std::string decibels(double psnr, const char* unit)
 {
-    return std::isinf(psnr) && psnr > 0 ? "equal" : formatString("%.2f%s", psnr, unit);
+    return std::isinf(psnr) && psnr > 0 ? "identical" : formatString("%.*f%s", psnr < 99.995 ? 2 : 1, psnr, unit);
 }
 
 ToolFacts thisTool()

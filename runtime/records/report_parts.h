@@ -58,6 +58,6 @@ OrderedJson toJson(Facts facts)
 }
 
 OrderedJson unknownIfZero(double value);                  // null for 0
-std::string decibels(double psnr, const char* unit = ""); // "equal" for +infinity
+std::string decibels(double psnr, const char* unit = ""); // four digits; "identical" for +infinity
 
 } // namespace gsc

@@ -43,7 +43,7 @@ struct Job {
 
 struct LedgerRules {
     bool keeps_all = false; // deliver every pose in order; or the newest that is drawn
-    ServiceTime timeout{0}; // that a pose may wait before it is begun, 0 = for ever; not with keeps_all
+    ServiceTime timeout{0}; // longest wait of a pose before it is begun, 0 = for ever; not with keeps_all
     uint32_t attempts = 3;  // to draw a part, before the pose fails
 };
 

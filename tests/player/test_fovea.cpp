@@ -125,7 +125,8 @@ TEST_CASE("fovea: equal, not finite and no pixel at all; read back it is the sam
     FoveaAccuracy nothing;
     describe(Record(json, "row"), nothing);
     CHECK(nothing.inside.share == 0);
-    CHECK(foveaText(nothing) == "within 12 degrees of the gaze: no pixel; around it: PSNR equal pooled, equal worst\n");
+    CHECK(foveaText(nothing) ==
+          "within 12 degrees of the gaze: no pixel; around it: PSNR identical pooled, identical worst\n");
 }
 
 TEST_CASE("fovea: a run's accuracy has it with a gaze alone, and its parts make the whole")

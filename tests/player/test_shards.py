@@ -208,7 +208,7 @@ class ShardTest(PlayTest):
         self.same_but_times("merged.jsonl", "one.jsonl")
         # merged rows are those of a sweep that was not split: it finds them
         run = self.play(*base, "--out", "merged.jsonl", "--progress", "none")
-        self.assertIn(f"{tasks} of {tasks} runs were in the file already", run.stderr)
+        self.assertIn(f"in the file already: {tasks} of {tasks} runs", run.stderr)
         run = self.play(*base, "--out", "merged.jsonl", "--shard", "1/4", code=1)
         self.assertIn("of a sweep that was not split", run.stderr)
         run = self.play(*base, "--out", rows[0], "--shard", "1/4", "--label", "x", code=1)

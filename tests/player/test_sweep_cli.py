@@ -202,7 +202,7 @@ class SweepTest(unittest.TestCase):
         self.assertEqual(told, [("none", "exact", 0), ("depth", "exact", 0), ("none", "fast", 0), ("depth", "fast", 0),
                                 ("none", "fast", 2), ("none", "fast", 4)])
         self.assertIn("none detail 2", run.stdout)
-        self.assertIn("6 of 6 runs were in the file", self.sweep().stderr)
+        self.assertIn("in the file already: 6 of 6 runs", self.sweep().stderr)
         self.write(runs=[{}, {"detail": 0}, {"tier": "exact"}], trajectories=["paths/first.json"])
         self.out.unlink()
         self.sweep("--tier", "turbo")  # which is the command line's for what the file leaves out
@@ -224,7 +224,7 @@ class SweepTest(unittest.TestCase):
         self.assertIn("detail 4: ", said)
         told = [(row["config"]["trajectory"], row["config"]["detail"]) for row in self.rows()]
         self.assertEqual(told, [("stored", 0), ("walk", 0), ("walk", 2), ("walk", 4)])
-        self.assertIn("4 of 4 runs were in the file", self.sweep().stderr)
+        self.assertIn("in the file already: 4 of 4 runs", self.sweep().stderr)
         self.write(axes={"detail": [0, 2]}, trajectories=["stored", "stored", "paths/first.json", "paths/second.json"])
         shards = []
         for i in (1, 2, 3):  # which warn of what they draw, once, and again where it is done
@@ -283,7 +283,7 @@ class SweepTest(unittest.TestCase):
         # gone on with: nothing is done again, a new value is
         self.write(**{**swept, "axes": {**axes, "fovea_pixels": [0, 1.5, 3, 5]}})
         again = self.sweep("--ipd", "0.2", "--reference", "cpu-reference")
-        self.assertIn("4 of 5 runs were in the file already", again.stderr)
+        self.assertIn("in the file already: 4 of 5 runs", again.stderr)
         self.assertEqual([r["config"]["fovea_pixels"] for r in self.rows()], [None, 1.5, 3, None, 5])
         # the command line says what the file does not
         self.out.unlink()
@@ -303,12 +303,12 @@ class SweepTest(unittest.TestCase):
         again = self.sweep()
         self.assertEqual(self.out.read_bytes(), whole)
         self.assertEqual(again.stdout, first)
-        self.assertIn("6 of 6 runs were in the file already", again.stderr)
+        self.assertIn("in the file already: 6 of 6 runs", again.stderr)
         # killed in the middle of the fifth line
         self.out.write_bytes(b"".join(lines[:4]) + lines[4][:200])
         run = self.sweep()
         self.assertIn("line 5 is half-written", run.stderr)
-        self.assertIn("4 of 6 runs were in the file already", run.stderr)
+        self.assertIn("in the file already: 4 of 6 runs", run.stderr)
         rows = self.rows()
         self.assertEqual(self.out.read_bytes().splitlines(keepends=True)[:4], lines[:4])
         self.assertEqual([r["config"]["id"] for r in rows], [json.loads(line)["config"]["id"] for line in lines])
@@ -342,9 +342,9 @@ class SweepTest(unittest.TestCase):
         self.write(trajectories=["paths/first.json"], axes={"policy": ["none", "depth"], "max_depth": [4]})
         run = self.play("bench", self.model, "--sweep", self.config, "--backend", "cpu", "--progress", "plain")
         header, none, depth = run.stdout.splitlines()
-        for word in ("trajectory", "PSNR", "p99", "flicker"):
+        for word in ("trajectory", "PSNR dB", "p99 ms", "flicker 1/255"):
             self.assertIn(word, header)
-        self.assertRegex(none, r"^walk +cpu +none .* equal +equal +equal")
+        self.assertRegex(none, r"^walk +cpu +none .* identical +identical +identical")
         self.assertIn("depth 4 lin", depth)
         self.assertIn("render, run 2/2 walk: done", run.stderr)
         self.assertFalse(self.out.exists())

@@ -47,6 +47,20 @@ TEST_CASE("sizes are told in three digits or four, up to the largest there is")
     CHECK(formatBytes(10 * 1024) == "10.0 KiB");
     CHECK(formatBytes(uint64_t(3) << 29) == "1.50 GiB");
     CHECK(formatBytes(UINT64_MAX) == "16.0 EiB");
+    CHECK(formatBytes(1023 * 1024) == "1023 KiB");
+}
+
+TEST_CASE("counts have their noun, measured values four digits")
+{
+    CHECK(formatCount(1, "pose") == "1 pose");
+    CHECK(formatCount(0, "pose") == "0 poses");
+    CHECK(formatCount(1200, "leaf", "leaves") == "1,200 leaves");
+    CHECK(formatMeasured(0) == "0.000");
+    CHECK(formatMeasured(9.9996) == "10.00");
+    CHECK(formatMeasured(99.996) == "100.0");
+    CHECK(formatMeasured(-12.345) == "-12.35");
+    CHECK(formatMeasured(999.96) == "1,000");
+    CHECK(formatMeasured(1234567.8) == "1,234,568");
 }
 
 TEST_CASE("progress for a program is an event a line: each stage's start, tenths and end")

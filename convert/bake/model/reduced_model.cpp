@@ -24,7 +24,7 @@ constexpr int kFinestStep = -20, kCoarsestStep = 8;
 constexpr double kSlotBits = 22, kAnchorBits = 260, kErrorPerBit = 0.1155;
 // Poses show less than visitors see. To what they measured comes what is likely missed, as a share of the median: least of a
 // slot that is not alive from any of their places; of one that is, the more, the more often it is and the fewer poses saw its
-// anchor. An anchor that none saw is worth as much as the seen one of rank kUnseenRank. (Measured on trained models,
+// anchor. An anchor that no pose saw has the worth of the seen anchor of rank kUnseenRank. (Measured on trained models,
 // with other poses than those.)
 constexpr double kDead = 1e-4, kAsleep = 2, kSeldom = 2, kAlways = 0.01, kUnseenRank = 0.6;
 

@@ -2,6 +2,7 @@
 #include "convert/commands/bake/bake_report.h"
 
 #include "runtime/cli/version.h"
+#include "runtime/records/report_parts.h"
 
 namespace gsc {
 
@@ -35,8 +36,9 @@ Json setJson(const SetScore& score)
 
 std::string setText(const char* name, const SetScore& score)
 {
-    return formatString("%-11s %zu poses, %.2f dB together, worst %.2f dB at %s\n", name, score.poses.size(),
-                        score.psnr, score.worstPose().psnr, score.worstPose().name.c_str());
+    return formatString("%-11s %s, PSNR %s pooled, worst %s at %s\n", name,
+                        formatCount(score.poses.size(), "pose").c_str(), decibels(score.psnr, " dB").c_str(),
+                        decibels(score.worstPose().psnr, " dB").c_str(), score.worstPose().name.c_str());
 }
 
 std::string bytesText(const char* name, const BakeSizes& sizes, uint64_t anchors)
@@ -87,12 +89,12 @@ Json bakeJson(const BakeOptions& options, const BakeReport& report)
 std::string bakeText(const BakeOptions& options, const BakeReport& report)
 {
     std::string text = formatString("wrote       %s\n", options.output.c_str());
-    text += formatString("left out    %s of %s anchors; masked %s of %s slots of the others\n",
-                         formatCount(report.anchors_left_out).c_str(), formatCount(report.anchors).c_str(),
-                         formatCount(report.slots_masked).c_str(), formatCount(report.slots).c_str());
+    text += formatString("left out    %s of %s; masked %s of %s of the others\n",
+                         formatCount(report.anchors_left_out).c_str(), formatCount(report.anchors, "anchor").c_str(),
+                         formatCount(report.slots_masked).c_str(), formatCount(report.slots, "slot").c_str());
     if (report.anchors_unseen > 0)
-        text += formatString("unseen      %s anchors that no pose looked at, kept\n",
-                             formatCount(report.anchors_unseen).c_str());
+        text += formatString("unseen      %s that no pose looked at, kept\n",
+                             formatCount(report.anchors_unseen, "anchor").c_str());
     text += bytesText("before", report.before, report.anchors) + bytesText("after", report.after, report.anchors);
     const std::vector<int64_t> shares = leverShares(report);
     for (uint32_t i = 0; i < kLevers; ++i)
@@ -100,7 +102,8 @@ std::string bakeText(const BakeOptions& options, const BakeReport& report)
             (shares[i] != 0 || 1u << i != kLeverCompact)) // its steps may be in others' lines
             text += formatString("  %-9s %.1f bytes an anchor less\n", kLeverNames[i],
                                  double(shares[i]) / double(report.anchors));
-    text += formatString("weights     %zu poses; drawn by %s\n", report.weight_poses, report.device.c_str());
+    text += formatString("weights     %s; drawn by %s\n", formatCount(report.weight_poses, "pose").c_str(),
+                         report.device.c_str());
     return text + setText("search", report.search) + setText("verdict", report.verdict);
 }
 

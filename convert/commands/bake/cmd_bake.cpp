@@ -205,7 +205,7 @@ ErrorCode cutOrJoin(const BakeCommand& command, Reporter& report)
 void tellKept(uint64_t pictures, Reporter& report)
 {
     if (pictures > 0)
-        report.tell(formatString("%s pictures of a bake before were not drawn again", formatCount(pictures).c_str()));
+        report.tell(formatString("%s of a bake before not drawn again", formatCount(pictures, "picture").c_str()));
 }
 
 ErrorCode drawCurve(const BakeCommand& command, BakeOptions options, Reporter& report)

@@ -42,7 +42,7 @@ Json pointJson(const std::string& name, const BakeOptions& options, const Curve&
 
 std::string psnrText(double value)
 {
-    return std::isfinite(value) ? formatString("%.2f", value) : value > 0 ? "equal" : "no number";
+    return std::isfinite(value) ? formatString("%.2f", value) : value > 0 ? "identical" : "no number";
 }
 
 std::string targetText(const CurvePoint& point)
@@ -52,7 +52,8 @@ std::string targetText(const CurvePoint& point)
 
 std::string detailText(const Curve& curve)
 {
-    std::string text = "a viewer who stops at each pose, tier fast: ms of a frame with detail\ntarget";
+    std::string text =
+        "a viewer who stops at each pose, tier fast: milliseconds of a frame by detail in pixels\ntarget";
     for (const unsigned detail : kTimedDetails)
         text += formatString(" %9u", detail);
     text += "\n";
@@ -92,7 +93,8 @@ Json curveJson(const std::string& name, const BakeOptions& options, const std::s
 std::string curveText(const std::string& output, const Curve& curve)
 {
     std::string text = formatString("wrote       %s; drawn by %s, tier exact\n", output.c_str(), curve.device.c_str());
-    text += "target   archive  an anchor    resident  frame ms  decode ms  together     worst    SSIM    FLIP\n";
+    text += "target   archive  an anchor    resident  frame ms  decode ms    pooled     worst    SSIM    FLIP\n    dB  "
+            "                                                           dB        dB\n";
     for (const CurvePoint& point : curve.points)
         text += formatString("%6s %9s %8.1f B %11s %9.2f %10.2f %9s %9s %7.4f %7.4f\n", targetText(point).c_str(),
                              formatBytes(point.sizes.archive.file).c_str(),

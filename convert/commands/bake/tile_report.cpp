@@ -14,8 +14,8 @@ std::string orderText(const TileOptions& options, const TileReport& report)
     if (report.whole_anchors == report.anchors)
         return "all anchors of the model that was cut, in its order";
     if (report.whole_anchors > 0)
-        return formatString("%s of %s anchors of a model, in its order", formatCount(report.anchors).c_str(),
-                            formatCount(report.whole_anchors).c_str());
+        return formatString("%s of %s of a model, in its order", formatCount(report.anchors).c_str(),
+                            formatCount(report.whole_anchors, "anchor").c_str());
     return formatString("rows follow each other tile by tile, as given: %s was not cut from the model of the others",
                         options.names.back().c_str());
 }
@@ -49,8 +49,8 @@ std::string tilesText(const TileOptions& options, const TileReport& report)
 {
     std::string text = formatString("wrote       %s, %s\n", options.output.c_str(), formatBytes(report.bytes).c_str());
     for (size_t i = 0; i < report.tiles.size(); ++i)
-        text += formatString("kept        %s of %s anchors of %s\n", formatCount(report.tiles[i].kept).c_str(),
-                             formatCount(report.tiles[i].anchors).c_str(), options.names[i].c_str());
+        text += formatString("kept        %s of %s of %s\n", formatCount(report.tiles[i].kept).c_str(),
+                             formatCount(report.tiles[i].anchors, "anchor").c_str(), options.names[i].c_str());
     return text + "it is       " + orderText(options, report) + "\n";
 }
 

@@ -67,7 +67,7 @@ std::string compareText(const Comparison& comparison)
 {
     std::string text;
     for (const AttributeDifference& attribute : comparison.values.attributes) {
-        text += formatString("%-24s %s values, ", attribute.name.c_str(), formatCount(attribute.compared).c_str());
+        text += formatString("%-24s %s, ", attribute.name.c_str(), formatCount(attribute.compared, "value").c_str());
         text += attribute.different
                     ? formatString("%s different, max %.9g, first at %s\n", formatCount(attribute.different).c_str(),
                                    attribute.max_abs, formatCount(attribute.first).c_str())
@@ -76,9 +76,9 @@ std::string compareText(const Comparison& comparison)
     for (const std::string& problem : comparison.values.problems)
         text += "different: " + problem + "\n";
     if (comparison.values.dropped)
-        text += formatString("%s anchors were left out on purpose (--drop-invalid)\n",
-                             formatCount(comparison.values.dropped).c_str());
-    text += formatString("%s anchors: %s\n", formatCount(comparison.values.anchors).c_str(),
+        text += formatString("%s left out on purpose (--drop-invalid)\n",
+                             formatCount(comparison.values.dropped, "anchor").c_str());
+    text += formatString("%s: %s\n", formatCount(comparison.values.anchors, "anchor").c_str(),
                          comparison.values.summary().c_str());
     if (comparison.pictures) {
         text += pictureSetText("pictures, reference", comparison.pictures->reference);

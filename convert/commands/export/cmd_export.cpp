@@ -3,6 +3,7 @@
 
 #include "convert/commands/export/export_gaussians.h"
 #include "convert/grids/grid_files.h"
+#include "runtime/records/report_parts.h"
 #include <gsc/file/output_file.h>
 #include <gsc/gsc_file.h>
 
@@ -119,9 +120,9 @@ void exportGrids(const ExportOptions& options, Reporter& report)
                           {"leaves", grid.leaves},
                           {"voxels", grid.voxels},
                           {"voxel_size", grid.voxel_size}});
-        text += formatString("level %-5d %s: %s leaves, %s voxels that hold anchors, %g wide\n", grid.level,
-                             grid.name.c_str(), formatCount(grid.leaves).c_str(), formatCount(grid.voxels).c_str(),
-                             grid.voxel_size);
+        text += formatString("level %-5d %s: %s, %s with anchors, %g wide\n", grid.level, grid.name.c_str(),
+                             formatCount(grid.leaves, "leaf", "leaves").c_str(),
+                             formatCount(grid.voxels, "voxel").c_str(), grid.voxel_size);
     }
     Json json = reportHead(options, bytes);
     json["grids"] = std::move(levels);
@@ -129,11 +130,6 @@ void exportGrids(const ExportOptions& options, Reporter& report)
         report.object(json);
     else
         report.text(text);
-}
-
-std::string camerasText(uint64_t count)
-{
-    return formatCount(count) + (count == 1 ? " camera" : " cameras");
 }
 
 void exportExplicit(const ExportOptions& options, Reporter& report)
@@ -157,26 +153,28 @@ void exportExplicit(const ExportOptions& options, Reporter& report)
     text += formatString("gaussians   %s", formatCount(result.gaussians).c_str());
     if (result.gaussians < result.fitted)
         text += formatString(" of %s, those that may cover most", formatCount(result.fitted).c_str());
-    text += formatString("; colours of degree %d, %s\n", result.degree,
-                         options.gaussians.at.empty() ? ("fitted over " + camerasText(result.fit_cameras)).c_str()
-                                                      : ("as camera " + options.gaussians.at + " sees them").c_str());
+    text +=
+        formatString("; colours of degree %d, %s\n", result.degree,
+                     options.gaussians.at.empty() ? ("fitted over " + formatCount(result.fit_cameras, "camera")).c_str()
+                                                  : ("as camera " + options.gaussians.at + " sees them").c_str());
     for (size_t level = 0; level < result.lods.size(); ++level) {
         const LodExport& lod = result.lods[level];
-        text += formatString("level %-5zu %s Gaussians, %s", level, formatCount(lod.gaussians).c_str(),
-                             formatCount(lod.chunks).c_str()) +
-                (lod.chunks == 1 ? " chunk" : " chunks") +
-                (lod.loss ? formatString(", alone %.2f dB\n", lod.loss->psnr) : std::string("\n"));
+        text += formatString("level %-5zu %s, %s%s\n", level, formatCount(lod.gaussians, "Gaussian").c_str(),
+                             formatCount(lod.chunks, "chunk").c_str(),
+                             lod.loss ? (", PSNR alone " + decibels(lod.loss->psnr, " dB")).c_str() : "");
     }
     if (!result.whole)
         text += "loss        not measured: the Gaussians take more than half of memory, or than --memory-budget\n";
     else if (!result.loss)
         text += "loss        not measured: no camera is left that the fit did not use; pass more with --cameras\n";
     else
-        text += formatString(
-            "loss        %.2f dB against exact, pooled over %s; worst %.2f dB (%s); SSIM %.4f\n", result.loss->psnr,
-            options.gaussians.at.empty() ? (camerasText(result.loss->cameras) + " that the fit did not use").c_str()
-                                         : "that camera",
-            result.loss->worst_psnr, result.loss->worst.c_str(), result.loss->ssim);
+        text += formatString("loss        PSNR %s against exact, pooled over %s; worst %s (%s); SSIM %.4f\n",
+                             decibels(result.loss->psnr, " dB").c_str(),
+                             options.gaussians.at.empty()
+                                 ? (formatCount(result.loss->cameras, "camera") + " that the fit did not use").c_str()
+                                 : "that camera",
+                             decibels(result.loss->worst_psnr, " dB").c_str(), result.loss->worst.c_str(),
+                             result.loss->ssim);
     report.text(text);
 }
 

@@ -28,10 +28,20 @@ Json mlpsOf(const Json& manifest)
     return manifest.is_object() && manifest.contains(kPlace) ? manifest[kPlace] : Json::array();
 }
 
-// Text of a manifest's value, which may be of any type.
+// Text of a manifest's value, which may be of any type: a list or an object is its words without brackets.
 std::string wordOf(const Json& value)
 {
-    return value.is_string() ? value.get<std::string>() : value.dump(-1, ' ', false, Json::error_handler_t::replace);
+    constexpr size_t kMostWords = 16;
+    if (value.is_string())
+        return value.get<std::string>();
+    if (!value.is_structured())
+        return value.dump(-1, ' ', false, Json::error_handler_t::replace);
+    if (value.size() > kMostWords)
+        return formatCount(value.size(), "value");
+    std::string words;
+    for (const auto& [key, item] : value.items())
+        words += (words.empty() ? "" : " ") + (value.is_object() ? key + " " : "") + wordOf(item);
+    return words;
 }
 
 // "opacity: feature, direction -> 35 -> 32 -> 10, tanh".
@@ -51,7 +61,10 @@ std::string oneLine(const Json& object)
 {
     std::string text;
     for (const auto& [key, value] : object.items())
-        text += (text.empty() ? "" : ", ") + key + " " + wordOf(value);
+        text +=
+            (text.empty() ? "" : ", ") + key + " " +
+            ((key == "anchors" || key == "dropped") && value.is_number_unsigned() ? formatCount(value.get<uint64_t>())
+                                                                                  : wordOf(value));
     return text;
 }
 
@@ -145,12 +158,14 @@ std::string infoText(const std::string& path, const GscFile& file, const GscView
                          double(params.bounds_min[1]), double(params.bounds_min[2]), double(params.bounds_max[0]),
                          double(params.bounds_max[1]), double(params.bounds_max[2]));
     for (const LevelRecord& level : view.levels)
-        text += formatString("level %-5d %s anchors, %s chunks, %s groups, %s leaves; quantum %g, cell %u quanta\n",
-                             level.level, formatCount(level.anchor_count).c_str(),
-                             formatCount(level.chunk_count).c_str(), formatCount(level.group_count).c_str(),
-                             formatCount(level.leaf_count).c_str(), double(level.quantum), 1u << level.cell_log2);
-    text += formatString("chunks      %s, at most %s anchors and %s\n", formatCount(params.chunk_count).c_str(),
-                         formatCount(params.max_chunk_anchors).c_str(), formatBytes(params.max_chunk_bytes).c_str());
+        text += formatString(
+            "level %-5d %s, %s, %s, %s; quantum %g, cell %u quanta\n", level.level,
+            formatCount(level.anchor_count, "anchor").c_str(), formatCount(level.chunk_count, "chunk").c_str(),
+            formatCount(level.group_count, "group").c_str(), formatCount(level.leaf_count, "leaf", "leaves").c_str(),
+            double(level.quantum), 1u << level.cell_log2);
+    text += formatString("chunks      %s, at most %s and %s each\n", formatCount(params.chunk_count).c_str(),
+                         formatCount(params.max_chunk_anchors, "anchor").c_str(),
+                         formatBytes(params.max_chunk_bytes).c_str());
     for (const Json& mlp : mlpsOf(manifest))
         text += "mlp         " + mlpText(mlp) + "\n";
     if (const SectionEntry* cameras = findSection(view, kSectionCameras))

@@ -58,9 +58,9 @@ std::string nodesText(const GscView& view, const PlaceInLevel& place)
     if (!place.leaf)
         return text + formatString(", chunk %u, no leaf there", *place.chunk);
     const LeafRecord& leaf = view.leaves[*place.leaf];
-    text += formatString(" with %s anchor%s, chunk %u, leaf %u at (%d, %d, %d) with anchors %u to %u, group %u",
-                         formatCount(place.anchors_in_voxel).c_str(), place.anchors_in_voxel == 1 ? "" : "s",
-                         *place.chunk, *place.leaf, leaf.origin[0], leaf.origin[1], leaf.origin[2], leaf.anchor_first,
+    text += formatString(" with %s, chunk %u, leaf %u at (%d, %d, %d) with anchors %u to %u, group %u",
+                         formatCount(place.anchors_in_voxel, "anchor").c_str(), *place.chunk, *place.leaf,
+                         leaf.origin[0], leaf.origin[1], leaf.origin[2], leaf.anchor_first,
                          leaf.anchor_first + leaf.anchor_count - 1, place.group_first);
     return place.group_count == 1 ? text : text + formatString(" to %u", place.group_first + place.group_count - 1);
 }

@@ -33,8 +33,9 @@ ErrorCode reportSample(const std::string& kind, const std::string& output, uint6
                        {"seconds", jsonNumber(sample.seconds)},
                        {"peak_memory_bytes", peakMemoryBytes()}});
     else {
-        std::string text = formatString("wrote       %s, %s anchors, PLY of %s\n", output.c_str(),
-                                        formatCount(sample.anchors).c_str(), formatBytes(sample.ply_bytes).c_str());
+        std::string text =
+            formatString("wrote       %s, %s, PLY of %s\n", output.c_str(),
+                         formatCount(sample.anchors, "anchor").c_str(), formatBytes(sample.ply_bytes).c_str());
         if (sample.tiles)
             text += formatString("tiles       %s\n", formatCount(sample.tiles).c_str());
         if (!sample.path_file.empty())

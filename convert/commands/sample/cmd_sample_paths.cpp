@@ -60,14 +60,14 @@ ErrorCode runPaths(const RawPaths& raw, PathsOptions options, Reporter& report)
                        {"metre_rule", made.metre_rule},
                        {"paths", paths}});
     } else {
-        std::string text =
-            formatString("wrote       %zu paths into %s\ncapture     %s, %zu cameras\n", made.paths.size(),
-                         options.output.c_str(), captureName(made.capture), made.cameras);
+        std::string text = formatString("wrote       %s into %s\ncapture     %s, %s\n",
+                                        formatCount(made.paths.size(), "path").c_str(), options.output.c_str(),
+                                        captureName(made.capture), formatCount(made.cameras, "camera").c_str());
         text += formatString("metre       %.4g world units (%s)\n", made.metre, made.metre_rule.c_str());
         for (const ModelPath& path : made.paths)
-            text +=
-                formatString("%-12s%4zu frames, at least %.0f %% of the anchors in sight, up to %.3g m/s\n",
-                             path.path.name.c_str(), path.path.frames.size(), 100 * path.least_share, path.top_speed);
+            text += formatString("%-12s%12s, at least %.0f %% of the anchors in sight, up to %.3g m/s\n",
+                                 path.path.name.c_str(), formatCount(path.path.frames.size(), "frame").c_str(),
+                                 100 * path.least_share, path.top_speed);
         report.text(text);
     }
     report.done("made " + options.output);

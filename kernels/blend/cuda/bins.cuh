@@ -89,7 +89,7 @@ __device__ __forceinline__ void endPixel(const BlendCudaArgs& args, uint32_t e, 
         (e == 0 ? args.transmittance[0] : args.transmittance[1])[at] = transmittance;
 }
 
-// The element of `unfinished` for list `entry` as eye `eye` draws it.
+// The element of `unfinished` for list `entry` and eye `eye`.
 __device__ __forceinline__ uint32_t& unfinishedOf(const BlendCudaArgs& args, uint32_t entry, uint32_t eye)
 {
     return args.unfinished[entry + (args.shared_bins ? eye * args.grid.bins() : 0u)];

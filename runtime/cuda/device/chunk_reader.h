@@ -28,7 +28,7 @@ class ChunkReader {
 public:
     using Clock = std::chrono::steady_clock;
 
-    // Reads the chunks of `model`, which outlives this, in the order of `chunks`. `threads`: 0 = as many as pay. Throws
+    // Reads the chunks of `model`, which outlives this, in the order of `chunks`. `threads`: 0 chooses the number. Throws
     // Error (OutOfMemory, Device).
     ChunkReader(const ModelView& model, const std::vector<uint32_t>& chunks, int threads);
     ~ChunkReader(); // waits for what the device still takes

@@ -67,7 +67,7 @@ public:
     CudaDevice(const CudaDevice&) = delete;
     CudaDevice& operator=(const CudaDevice&) = delete;
 
-    // A call failed as only a broken context makes it fail.
+    // Marks the device as lost, after an error that only a broken context causes.
     void noteLost() const;
 
     // The caller's thread may be a new one.

@@ -15,7 +15,7 @@ namespace gsc {
 
 class DeviceScene {
 public:
-    // `threads` read the model's file, 0 = as many as pay.
+    // `threads` read the model's file, 0 chooses the number.
     DeviceScene(MemoryBudget& budget, int threads)
         : m_threads(threads), m_flat(budget), m_staging(budget), m_exact(budget), m_origins(budget)
     {

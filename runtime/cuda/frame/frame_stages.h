@@ -33,7 +33,7 @@ struct FrameShape {
     int32_t appearance;
     bool empty_is_black;
     FrameView view;
-    LensShape lens[kMaxEyes]; // as good as constant
+    LensShape lens[kMaxEyes]; // changes only if the lens changes
 
     bool operator==(const FrameShape&) const = default;
 

@@ -22,7 +22,7 @@ public:
 private:
     void fit(uint32_t width);
 
-    std::vector<double> m_cost; // per step of columns; the unit is of no matter
+    std::vector<double> m_cost; // per step of columns, in any unit
 };
 
 } // namespace gsc

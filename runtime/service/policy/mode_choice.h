@@ -11,7 +11,7 @@
 namespace gsc {
 
 enum class ServiceMode : uint32_t {
-    Auto,  // what measures best of the others
+    Auto,  // the mode that measures best
     Frame, // each worker draws whole frames in turn: rate
     Eye,   // one worker draws one eye: latency
     Split, // each worker draws a band of both eyes: latency, with more workers
