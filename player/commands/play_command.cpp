@@ -112,7 +112,7 @@ void checkOut(const CLI::App& app, const PlayOptions& options)
                                                    is_stream ? "--out -" : "--video", options.shard.text().c_str()));
     if (!options.output.video.empty() && !options.output.video.ends_with(".mp4"))
         throw Error(ErrorCode::Unsupported,
-                    formatString("--video %s: does not end in .mp4, expected such a name; choose one, "
+                    formatString("--video %s: has another ending, expected .mp4; choose such a name, "
                                  "or pipe --out - into ffmpeg",
                                  options.output.video.c_str()));
     if (!options.output.out.empty() && !is_stream && !isImageExtension(options.output.out))

@@ -59,7 +59,7 @@ std::string formatMeasured(double value)
     const double size = std::abs(value);
     if (size >= 999.95 && size < 1e18)
         return (value < 0 ? "-" : "") + formatCount(uint64_t(std::llround(size)));
-    return formatString("%.*f", size < 9.9995 ? 3 : size < 99.995 ? 2 : 1, value);
+    return formatString("%.*f", size < 0.99995 ? 4 : size < 9.9995 ? 3 : size < 99.995 ? 2 : 1, value);
 }
 
 uint64_t peakMemoryBytes()

@@ -29,7 +29,7 @@ std::string formatBytes(uint64_t bytes);
 std::string formatCount(uint64_t count);
 // "1 frame", "1,200 frames"; `plural` where it is not the noun with an s.
 std::string formatCount(uint64_t count, const char* noun, const char* plural = nullptr);
-// A measured value with four significant digits and at most three decimals, for columns: 0.123, 12.35, 1,235.
+// A measured value with four significant digits and at most four decimals, for columns: 0.0123, 12.35, 1,235.
 std::string formatMeasured(double value);
 // Largest resident set of this process so far, bytes.
 uint64_t peakMemoryBytes();

@@ -269,7 +269,7 @@ class BenchCliTest(PlayTest):
         self.assertAlmostEqual(stages["frame"]["floor_ms"], sum(parts))
         self.assertEqual(stages["frame"]["measured_ms"], 12)
         text = subprocess.run([WRITE_REPORT, "text"], capture_output=True, text=True, check=True).stdout
-        self.assertRegex(text, r"blend +52\.00 +1\.400 +0\.000 +0\.0467 +3\.0000 +1\.6  lanes\n")
+        self.assertRegex(text, r"blend +52\.00 +1\.400 +0\.0000 +0\.0467 +3\.000 +1\.6  lanes\n")
         self.assertNotRegex(text.split("ceilings of the device")[1], r"(?m)^  sort")
 
     def test_bench_repeats(self) -> None:
@@ -280,7 +280,7 @@ class BenchCliTest(PlayTest):
         text = subprocess.run([WRITE_REPORT, "text"], capture_output=True, text=True, check=True).stdout
         self.assertIn("drawn again because a buffer was too small: 2 measured frames, 3 repeats; they took 7.500 of the "
                       "device's milliseconds above, 5.000 at most in a frame\n", text)
-        self.assertIn("; 1 measured frames enlarged a buffer, more --warmup avoids that\n", text)
+        self.assertIn("; 1 measured frame enlarged a buffer, more --warmup avoids that\n", text)
 
     def test_bench_table_and_refusals(self) -> None:
         text = self.bench("--measure", "5", "--frames", "1:3").stdout

@@ -361,7 +361,7 @@ class PlayOutputsTest(PlayTest):
         self.assertEqual([p.name for p in self.folder.iterdir() if "tmp" in p.name], [])
         images = list(out.iterdir())
         self.assertGreater(len(images), 3)
-        self.assertIn(f"{len(images)} images were written, all complete".encode(), stderr)
+        self.assertIn(f"{len(images)} images written, all complete".encode(), stderr)
         for image in images:
             self.assertEqual(image.suffix, ".pfm")
             self.assertEqual(pfm(image)[:2], (320, 200))

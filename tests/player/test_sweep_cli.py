@@ -433,7 +433,7 @@ class SweepTest(unittest.TestCase):
         self.assertIn("ok", self.stability(*base, "--bound-psnr", "60", "--bound-temporal", "0").stdout)
         run = self.stability(*base, "--bound-psnr", "400", code=8)
         self.assertEqual(run.stdout.count("EXCEEDED"), 2)
-        self.assertRegex(run.stdout, r"psnr: \d+\.\d\d dB in frame \d, bound 400")
+        self.assertRegex(run.stdout, r"psnr: \d+\.\d+ dB in frame \d, bound 400")
         report = json.loads(self.stability(*base, "--bound-psnr", "400", "--format", "json", code=8).stdout)
         check_schema("stability-report", report)
         self.assertFalse(report["passed"])

@@ -67,7 +67,7 @@ def check_reports(model: pathlib.Path) -> None:
                "100000", "--inject", "throw:0.02")
     still = run("live", model, *VIEW, "--gpus", "cpu:1", "--rate", 40, "--seconds", 1, "--still-distance", 1e6, "--still-degrees",
                 180)
-    assert "1 poses at 40" in still.stdout and "and 39 as good as the pose before" in still.stdout, still.stdout
+    assert "1 pose at 40" in still.stdout and "and 39 as good as the pose before" in still.stdout, still.stdout
     assert "80 poses at 40 a second" in done.stdout and "below 100000" in done.stdout, done.stdout
 
 

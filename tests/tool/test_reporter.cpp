@@ -55,7 +55,8 @@ TEST_CASE("counts have their noun, measured values four digits")
     CHECK(formatCount(1, "pose") == "1 pose");
     CHECK(formatCount(0, "pose") == "0 poses");
     CHECK(formatCount(1200, "leaf", "leaves") == "1,200 leaves");
-    CHECK(formatMeasured(0) == "0.000");
+    CHECK(formatMeasured(0) == "0.0000");
+    CHECK(formatMeasured(0.04667) == "0.0467");
     CHECK(formatMeasured(9.9996) == "10.00");
     CHECK(formatMeasured(99.996) == "100.0");
     CHECK(formatMeasured(-12.345) == "-12.35");
