@@ -426,7 +426,7 @@ class WindowTest(unittest.TestCase):
         self.assertGreaterEqual(poses["submitted"], window.lines()[-1]["pose"])
         window = self.open("room")
         self.closed(window)
-        self.assertRegex(window.out.read_text(), r"^\d+ frames in [\d.]+ s; \d+ poses: \d+ shown")
+        self.assertRegex(window.out.read_text(), r"^\d+ frames? in [\d.]+ s; \d+ poses?: \d+ shown")
 
     def test_minimised(self) -> None:
         """Nothing is done for a picture that cannot be shown."""
