@@ -4,6 +4,7 @@
 #include <gsc/error.h>
 #include <gsc/file/output_file.h>
 #include <gsc/file/read_file.h>
+#include "player/frames/content_hash.h"
 #include "player/frames/lod_target.h"
 #include "player/measure/measurer.h"
 #include "player/shard/shard_rows.h"
