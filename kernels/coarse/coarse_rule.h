@@ -45,7 +45,7 @@ struct CoarseView {
 // Cells that a group wants.
 struct CoarseCell {
     float edge;   // world units, before it becomes a power of two
-    float pixels; // the same where they are finest: `detail`, or more with foveation
+    float pixels; // the edge at the group's nearest Gaussian: `detail`, or more with foveation
 };
 
 // View that a group was last made for, or looked at for.
@@ -111,8 +111,8 @@ GSC_HD float boxDistance(const float* box_min, const float* box_max, const float
     return std::sqrt(square);
 }
 
-// Factor by which a group's cells are larger than `detail`: as fine as an eye tells apart at the group's point that is
-// nearest to its gaze (foveation.h).
+// Factor by which a group's cells are larger than `detail`: they are as fine as an eye tells apart (foveation.h) at the
+// group's point that is nearest to the gaze. 1 without foveation.
 GSC_HD float cellGrowth(const CoarseView& view, const float* box_min, const float* box_max)
 {
     if (view.coarsest <= 1)

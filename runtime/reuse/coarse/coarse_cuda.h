@@ -36,7 +36,8 @@ public:
     [[nodiscard]] uint64_t bytes() const { return m_arena.bytes(); }
 
 private:
-    // Does one kernel decide? Workers that share poses use several: so both ways are drawn from, of few groups, too.
+    // Whether one kernel decides. Workers that share poses take the four kernels of large models: tests hold both ways
+    // against each other with one small model.
     [[nodiscard]] bool decidesAtOnce(const DeviceScene& scene) const
     {
         return scene.model().params.group_count <= kCoarseFewGroups && !m_unlimited;
