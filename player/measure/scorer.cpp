@@ -122,6 +122,8 @@ void Scorer::addChanges(uint64_t frame, const PictureScores& scores)
         note(m_sums.motion, m_motion, frame, *scores.motion);
     if (scores.pop)
         note(m_sums.pop, m_pop, frame - 1, *scores.pop);
+    if (scores.error_pop)
+        note(m_sums.error_pop, m_error_pop, frame - 1, *scores.error_pop);
 }
 
 void Scorer::add(uint64_t frame, uint32_t eye, const PictureRef& image, const PictureRef& exact, const EyeGaze* gaze)
@@ -172,6 +174,7 @@ Accuracy Scorer::result() const
     rank(result.temporal, m_temporal);
     rank(result.motion, m_motion);
     rank(result.pop, m_pop);
+    rank(result.error_pop, m_error_pop);
     if (!m_fovea.empty())
         result.fovea = m_fovea.result();
     return result;

@@ -49,7 +49,7 @@ private:
     std::unique_ptr<PictureScorer> m_pictures;
     Accuracy m_sums; // what grows image by image
     double m_mse = 0;
-    std::vector<double> m_psnr, m_temporal, m_motion, m_pop, m_ssim, m_flip; // per image
+    std::vector<double> m_psnr, m_temporal, m_motion, m_pop, m_error_pop, m_ssim, m_flip; // per image
     FoveaScorer m_fovea;
 };
 

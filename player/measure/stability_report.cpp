@@ -45,6 +45,11 @@ void describe(const Record& at, Verdict& verdict)
     at.field("passed", verdict.passed, kFlag);
 }
 
+std::string popText(const Accuracy& accuracy)
+{
+    return accuracy.error_pop.images > 0 ? formatString("%.4f", accuracy.error_pop.max * 255) : "-";
+}
+
 std::string valueText(const Verdict& verdict)
 {
     if (verdict.bound == std::string("psnr"))
@@ -151,16 +156,16 @@ std::string stabilityReportText(const StabilityOptions& options, const Stability
         text += formatString("shard %s: %zu of %s, %s of them done before\n", options.play.shard.text().c_str(),
                              summary.paths.size(), formatCount(summary.all_paths, "trajectory", "trajectories").c_str(),
                              formatCount(summary.paths_before).c_str());
-    text += formatString("%-20s %7s %9s %9s %9s %9s %9s %9s %9s  %s\n", "trajectory", "frames", "ms", "p99 ms",
-                         "PSNR dB", "worst dB", "flicker", "most", "hits %", "verdict");
+    text += formatString("%-20s %7s %9s %9s %9s %9s %9s %9s %9s %9s  %s\n", "trajectory", "frames", "ms", "p99 ms",
+                         "PSNR dB", "worst dB", "flicker", "most", "pop", "hits %", "verdict");
     for (const StabilityPath& entry : summary.paths) {
         const Accuracy& accuracy = entry.accuracy;
         const Spread& wall = entry.ms.wall;
-        text += formatString("%-20s %7llu %9.2f %9.2f %9s %9s %9.4f %9.4f %9.1f  %s\n", entry.name.c_str(),
+        text += formatString("%-20s %7llu %9.2f %9.2f %9s %9s %9.4f %9.4f %9s %9.1f  %s\n", entry.name.c_str(),
                              static_cast<unsigned long long>(entry.frames), wall.median, wall.p99,
                              decibels(accuracy.psnr_pooled).c_str(), decibels(accuracy.psnr_min).c_str(),
-                             accuracy.temporal.p50 * 255, accuracy.temporal.max * 255, 100 * entry.reuse.hit_rate,
-                             entry.passed() ? "ok" : "EXCEEDED");
+                             accuracy.temporal.p50 * 255, accuracy.temporal.max * 255, popText(accuracy).c_str(),
+                             100 * entry.reuse.hit_rate, entry.passed() ? "ok" : "EXCEEDED");
         if (accuracy.fovea)
             text += "    " + foveaText(*accuracy.fovea);
         for (const Verdict& verdict : entry.verdicts)
@@ -168,7 +173,8 @@ std::string stabilityReportText(const StabilityOptions& options, const Stability
                 text += formatString("    %s: %s in frame %llu, bound %g\n", verdict.bound, valueText(verdict).c_str(),
                                      static_cast<unsigned long long>(verdict.frame), verdict.limit);
     }
-    return text + "flicker, most: rms of the change of the error image, median and largest, in 1/255\n";
+    return text + "flicker, most: rms of the change of the error image, median and largest; pop: largest "
+                  "change of a 16 x 16 square of it beyond those before and after; all in 1/255\n";
 }
 
 } // namespace gsc

@@ -81,6 +81,26 @@ private:
 
 } // namespace
 
+void SquareHistory::Changes::add(std::span<const SquareSums> squares, double SquareSums::*sum, uint32_t width,
+                                 uint32_t height)
+{
+    before.swap(now);
+    now.swap(after);
+    after.resize(squares.size());
+    const uint32_t columns = squaresAlong(width);
+    for (size_t i = 0; i < squares.size(); ++i)
+        after[i] =
+            std::sqrt(squares[i].*sum / (3 * pixelsOf(uint32_t(i % columns), uint32_t(i / columns), width, height)));
+}
+
+double SquareHistory::Changes::pop() const
+{
+    double most = 0;
+    for (size_t i = 0; i < now.size(); ++i)
+        most = std::max(most, now[i] - std::max(before[i], after[i]));
+    return most;
+}
+
 void SquareHistory::add(std::span<const SquareSums> squares, uint32_t width, uint32_t height, PictureScores& scores)
 {
     SquareSums all{};
@@ -102,18 +122,11 @@ void SquareHistory::add(std::span<const SquareSums> squares, uint32_t width, uin
     if (m_known > 0 && values > 0) {
         scores.change = std::sqrt(all.change / values);
         scores.motion = std::sqrt(all.motion / values);
-        m_before.swap(m_now);
-        m_now.swap(m_after);
-        m_after.resize(squares.size());
-        const uint32_t columns = squaresAlong(width);
-        for (size_t i = 0; i < squares.size(); ++i)
-            m_after[i] = std::sqrt(squares[i].motion /
-                                   (3 * pixelsOf(uint32_t(i % columns), uint32_t(i / columns), width, height)));
+        m_picture.add(squares, &SquareSums::motion, width, height);
+        m_error.add(squares, &SquareSums::change, width, height);
         if (m_known > 2) { // three changes, the one in the middle is that of the picture before this one
-            double most = 0;
-            for (size_t i = 0; i < squares.size(); ++i)
-                most = std::max(most, m_now[i] - std::max(m_before[i], m_after[i]));
-            scores.pop = most;
+            scores.pop = m_picture.pop();
+            scores.error_pop = m_error.pop();
         }
     }
     ++m_known;

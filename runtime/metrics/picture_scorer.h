@@ -36,9 +36,9 @@ struct PictureScores {
     std::optional<double> change, motion;
     // By how much the change of a square of 16 x 16 pixels in this eye's picture before this was above those before and after
     // it, the largest of the picture; none with fewer than four in a row.
-    std::optional<double> pop;
-    std::optional<double> ssim, flip; // none where not asked for
-    FoveaSums fovea[2];               // inside, outside; of a gaze
+    std::optional<double> pop, error_pop; // of the picture, of image - exact
+    std::optional<double> ssim, flip;     // none where not asked for
+    FoveaSums fovea[2];                   // inside, outside; of a gaze
 };
 
 struct ScoreRequest {
@@ -70,9 +70,18 @@ public:
     void add(std::span<const SquareSums> squares, uint32_t width, uint32_t height, PictureScores& scores);
 
 private:
+    // Changes of each square of the last pictures, oldest first, root mean squares over its pixels and channels.
+    struct Changes {
+        std::vector<double> before, now, after;
+
+        void add(std::span<const SquareSums> squares, double SquareSums::*sum, uint32_t width, uint32_t height);
+        // The most by which a square's change in the middle is above both others.
+        [[nodiscard]] double pop() const;
+    };
+
     uint32_t m_width = 0, m_height = 0;
-    std::vector<double> m_before, m_now, m_after; // rms of the last changes, per square
-    uint32_t m_known = 0;                         // pictures of this size in a row
+    Changes m_picture, m_error;
+    uint32_t m_known = 0; // pictures of this size in a row
 };
 
 // Squares of 16 pixels along a side.

@@ -56,6 +56,8 @@ struct Accuracy {
     // much the change of a square of 16 x 16 pixels is above its changes in the frame before and after, the largest of
     // the image. A square that moves evenly has no pop; one in which something appears at once has.
     Changes motion, pop;
+    Changes
+        error_pop; // pop of the error image: in this run a square changes at once, and in the exact path it does not
 
     std::optional<FoveaAccuracy> fovea; // none without foveation
 

@@ -159,6 +159,8 @@ void describe(const Record& at, Accuracy& accuracy)
         describeChanges(at, "motion", accuracy.motion, false);
     if (at.has("pop"))
         describeChanges(at, "pop", accuracy.pop, false);
+    if (at.has("error_pop"))
+        describeChanges(at, "error_pop", accuracy.error_pop, false);
     if (at.hasPart("fovea", accuracy.fovea.has_value()))
         describe(at.object("fovea"), accuracy.fovea ? *accuracy.fovea : accuracy.fovea.emplace());
 }

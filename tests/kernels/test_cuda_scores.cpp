@@ -72,6 +72,7 @@ void checkSame(const PictureScores& gpu, const PictureScores& host, double pixel
     checkClose(gpu.change, host.change);
     checkClose(gpu.motion, host.motion);
     checkClose(gpu.pop, host.pop);
+    checkClose(gpu.error_pop, host.error_pop);
     checkClose(gpu.ssim, host.ssim);
     checkClose(gpu.flip, host.flip);
     for (size_t part = 0; part < 2; ++part) {

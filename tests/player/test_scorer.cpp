@@ -201,6 +201,24 @@ TEST_CASE("a pop in the last of whole squares is seen, and in no other")
     CHECK(scorer.result().pop.max == doctest::Approx(0.25).epsilon(1e-4));
 }
 
+TEST_CASE("a pop of the error is that of a square which the exact pictures do not have")
+{
+    Scorer scorer({});
+    for (uint64_t frame = 0; frame < 8; ++frame) { // 2 x 1 squares: both pictures jump on the left, one on the right
+        std::vector<float> pixels(32 * 16 * 3, frame >= 3 ? 0.75f : 0.25f), exact = pixels;
+        for (size_t y = 0; frame >= 5 && y < 16; ++y)
+            std::fill_n(pixels.begin() + std::ptrdiff_t((y * 32 + 16) * 3), 16 * 3, 0.875f);
+        scorer.add(frame, 0, {pixels.data(), 32, 16}, {exact.data(), 32, 16});
+    }
+    const Accuracy a = scorer.result();
+    CHECK(a.pop.max == doctest::Approx(0.5).epsilon(1e-4));
+    CHECK(a.error_pop.images == a.pop.images);
+    CHECK(a.error_pop.max == doctest::Approx(0.125).epsilon(1e-4));
+    CHECK(a.error_pop.max_frame == 5);
+    CHECK(a.error_pop.p90 == doctest::Approx(0.125).epsilon(1e-4)); // of frames 2 to 6
+    CHECK(a.error_pop.p50 == doctest::Approx(0).epsilon(1e-5));
+}
+
 TEST_CASE("pops need four pictures of a size in a row, and a pixel that is no number is the worst of them")
 {
     Scorer scorer({});
