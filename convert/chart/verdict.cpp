@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/chart/verdict.h"
 
+#include "convert/chart/run_words.h"
 #include <gsc/error.h>
 
 #include <algorithm>
@@ -45,9 +46,10 @@ std::string costWords(const ChartRun& run, const Json& row)
     if (run.rounds > 1)
         text += formatString(" (%s to %s in %llu repeats)", msWords(run.least_ms).c_str(), msWords(run.most_ms).c_str(),
                              static_cast<unsigned long long>(run.rounds));
-    if (!row["speedup"].is_null() && (run.config.reuse.policy != "none" || run.config.detail > 0))
-        text += formatString(", %.2f times as fast as none", row["speedup"].get<double>()) +
-                (row["in_noise"].get<bool>() ? ", within the spread of the repeats" : "");
+    if (row["in_noise"].get<bool>())
+        text += ", no difference from none: it lies within the scatter of the repeats";
+    else if (!row["speedup"].is_null() && (run.config.reuse.policy != "none" || run.config.detail > 0))
+        text += formatString(", %.2f times as fast as none", row["speedup"].get<double>());
     return text;
 }
 
@@ -60,7 +62,7 @@ Json noneKeeps(const Runs& runs, const Json& rows, const std::vector<int>& floor
     if ((*best)->accuracy.psnr_min > kBrokenPsnr)
         text += "; " + rows[size_t(best - runs.begin())]["name"].get<std::string>() +
                 formatString(" comes nearest with %.1f dB", (*best)->accuracy.psnr_min);
-    return {{"run", ""}, {"text", text + "."}};
+    return {{"run", ""}, {"text", text + "."}, {"options", ""}};
 }
 
 } // namespace
@@ -79,7 +81,8 @@ Json verdictJson(const Runs& runs, const Json& rows)
     for (const auto& [best, reached] : kept)
         sentences.push_back(best ? Json{{"run", rows[*best]["name"]},
                                         {"text", " is the fastest that keeps " + floorWords(reached, " and ") + ": " +
-                                                     costWords(*runs[*best], rows[*best]) + "."}}
+                                                     costWords(*runs[*best], rows[*best]) + "."},
+                                        {"options", optionsToType(runs[*best]->config)}}
                                  : noneKeeps(runs, rows, reached));
     return {{"floors", std::move(floors)}, {"sentences", std::move(sentences)}};
 }

@@ -88,6 +88,38 @@ TEST_CASE("detail: told in words, sped up against none, and no baseline itself")
     CHECK(without["no_baseline"].get<std::string>().starts_with("No run has policy none and detail 0, "));
 }
 
+TEST_CASE("verdict: a sentence has the options to type, all that draw so and no others")
+{
+    json run = errorRun(1.5, 3, 72);
+    json& config = run["config"];
+    CHECK(chartModel({parsed(run)})["panels"][0]["verdict"]["sentences"][0]["options"] ==
+          "--tier fast --reuse error --reuse-bound 1.5");
+    config["decode_budget"] = 4000;
+    config["cache_budget"] = 1 << 30;
+    config["lod_bias"] = -0.5;
+    config["lod_fade"] = 0.25;
+    config["lod_hysteresis"] = 0.125;
+    config["fovea_pixels"] = 4;
+    config["stereo"] = "merged";
+    config["threads"] = 2;
+    config["vram_budget"] = 8ULL << 30;
+    CHECK(chartModel({parsed(run)})["panels"][0]["verdict"]["sentences"][0]["options"] ==
+          "--tier fast --reuse error --reuse-bound 1.5 --decode-budget 4000 --cache-budget 1073741824 --lod-bias -0.5 "
+          "--lod-fade 0.25 --lod-hysteresis 0.125 --foveation fixed --fovea-pixels 4 --stereo merged --threads 2 "
+          "--vram-budget 8589934592");
+    json detail = runOf("none", 3, 72), depth = runOf("depth", 2, 40);
+    detail["config"]["detail"] = 2;
+    depth["config"]["max_depth"] = 10;
+    depth["config"]["guidance"] = "linear";
+    const auto model = chartModel({parsed(detail), parsed(depth)});
+    const auto& sentences = model["panels"][0]["verdict"]["sentences"];
+    CHECK(sentences[0]["options"] == "--tier fast --detail 2");
+    CHECK(chartModel({parsed(runOf("none", 3, 40))})["panels"][0]["verdict"]["sentences"][0]["options"] == "");
+    depth["accuracy"]["psnr"]["min"] = 55;
+    CHECK(chartModel({parsed(depth)})["panels"][0]["verdict"]["sentences"][0]["options"] ==
+          "--tier fast --reuse depth --reuse-depth 10 --reuse-guidance linear");
+}
+
 TEST_CASE("verdict: repeats are told, and that a difference is within their spread")
 {
     ChartRun none = parsed(runOf("none", 6, nullptr)), error = parsed(errorRun(1, 3, 72));
@@ -99,7 +131,8 @@ TEST_CASE("verdict: repeats are told, and that a difference is within their spre
     CHECK(verdictOf({none, error}) == clear + ".");
     error.most_ms = 6;
     const auto model = chartModel({none, error});
-    CHECK(verdictOf({none, error}).ends_with("as fast as none, within the spread of the repeats."));
+    CHECK(verdictOf({none, error})
+              .ends_with("in 3 repeats), no difference from none: it lies within the scatter of the repeats."));
     CHECK(model["panels"][0]["rows"][0]["repeats"].is_null());
     CHECK(json(model["panels"][0]["rows"][1]["repeats"]) == json::parse(R"({"count":3,"min":2.5,"max":6})"));
 }

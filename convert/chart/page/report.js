@@ -124,6 +124,7 @@
         var line = add(words, 'div');
         if (sentence.run) add(line, 'b', sentence.run);
         line.appendChild(document.createTextNode(sentence.text));
+        if (sentence.options) add(line, 'code', 'gsc-play FILE ' + sentence.options);
       });
     });
   }
