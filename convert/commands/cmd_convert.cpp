@@ -145,18 +145,22 @@ void addBakeOptions(CLI::App& command, ConvertOptions& options)
     addFlag(command, "-w,--overwrite", options.write.overwrite, "replace files that exist");
     addText(command, "--report", options.report, "FILE.json",
             "write the report there too, as JSON; - is standard output");
-    const Heading heading(command, "Making the file");
+    const Heading heading(command, "File to write");
     addText(command, "--appearance", options.appearance, "all|ROW (default: all)",
-            "row of the appearance embedding to keep");
+            "row of the appearance embedding to keep")
+        .rare();
     addFlag(command, "--drop-invalid", options.write.drop_invalid,
-            "leave out anchors with values that are not finite instead of refusing the model");
+            "leave out anchors with values that are not finite instead of refusing the model")
+        .rare();
     addChoice<SensitivityMode>(command, "--sensitivity", options.write.sensitivity,
                                {{"none", SensitivityMode::None}, {"sampled", SensitivityMode::Sampled}},
                                "default: sampled",
                                "sensitivity of each anchor to the view, which gsc-play --reuse error needs: sampled "
-                               "from six directions, or left out");
+                               "from six directions, or left out")
+        .rare();
     addCount(command, "--chunk-anchors", options.write.chunk_anchors, 1, kMaxAnchors, "N (default: 16384)",
-             "anchors per chunk to aim for");
+             "anchors per chunk to aim for")
+        .rare();
     addByteSize(command, "--memory-budget", options.write.memory_budget, 1,
                 "SIZE (default: 1G, or a quarter of memory if less)", "memory for buffers, such as 4G");
     addInteger(command, "-j,--threads", options.write.threads, 0, 4096, "N (default: 0)",

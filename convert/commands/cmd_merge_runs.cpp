@@ -80,7 +80,8 @@ void addMergeRunsCommand(CLI::App& app, Invocation& invocation)
         .required();
     addFlag(command, "-w,--overwrite", options->overwrite, "replace a file that exists");
     addFlag(command, "--allow-missing", options->allow_missing,
-            "join the rows that are there, such as where a backend left runs of a sweep out");
+            "join the rows that are there, such as where a backend left runs of a sweep out")
+        .rare();
     addReporterOptions(command, invocation.reporter, false);
     setFooter(
         command,

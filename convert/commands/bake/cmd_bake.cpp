@@ -333,16 +333,20 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
                                           "camera files to look from instead of the cameras stored in the file");
     addFlag(command, "--ignore-distortion", bake.ignore_distortion,
             "take cameras that state lens distortion as pinholes instead of refusing them")
+        .rare()
         .needs(cameras);
     addChoice<CamerasTransform>(
         command, "--cameras-transform", bake.cameras_transform,
         {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}}, "default: keep, with a warning",
         "poses of a transforms.json with applied_transform: as they stand, or where they came from")
+        .rare()
         .needs(cameras);
     addInteger(command, "--most-pixels", bake.limits.most_pixels, 1000, 100'000'000, "N (default: 1000000)",
-               "most pixels of a picture that is drawn to judge; larger cameras are drawn smaller");
+               "most pixels of a picture that is drawn to judge; larger cameras are drawn smaller")
+        .rare();
     addTexts(command, "--levers", options->levers, "LEVER,...",
-             "changes that are allowed: slots, anchors, features, offsets, scales, networks, order (default: all)");
+             "changes that are allowed: slots, anchors, features, offsets, scales, networks, order (default: all)")
+        .rare();
     addFlag(command, "--compact", options->compact,
             "round features and offsets to steps that take 0.56 of the GPU memory, for models of 32 features; keeps "
             "about 60 dB");

@@ -50,9 +50,11 @@ ErrorCode runComparePictures(const ComparePicturesOptions& options, Reporter& re
 std::array<OptionHandle, 2> addLpipsOptions(CLI::App& command, LpipsFiles& files)
 {
     const OptionHandle backbone = addText(command, "--lpips-backbone", files.backbone, "FILE.pth",
-                                          "VGG16 of torchvision, for LPIPS: vgg16-397923af.pth");
+                                          "VGG16 of torchvision, for LPIPS: vgg16-397923af.pth")
+                                      .rare();
     const OptionHandle heads = addText(command, "--lpips-heads", files.heads, "FILE.pth",
-                                       "heads of LPIPS v0.1 for VGG: vgg.pth of PerceptualSimilarity");
+                                       "heads of LPIPS v0.1 for VGG: vgg.pth of PerceptualSimilarity")
+                                   .rare();
     backbone.needs(heads);
     heads.needs(backbone);
     return {backbone, heads};
