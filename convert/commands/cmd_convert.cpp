@@ -184,12 +184,13 @@ void addConvertCommand(CLI::App& app, Invocation& invocation)
     addBakeOptions(command, *options);
     addCheckpointOptions(command, options->checkpoint);
     addReporterOptions(command, invocation.reporter, true);
-    setFooter(command,
-              "Reads Scaffold-GS, Octree-GS and Octree-AnyGS scaffold models, told apart by content. A model that\n"
-              "cannot be kept exactly is refused with exit code 5 or 3.\n\n"
-              "examples:\n"
-              "  gsc convert output/city -o city.gsc\n"
-              "  gsc convert output/room -o room.gsc -w --appearance 10 --report room.json --progress plain");
+    setFooter(command, "Reads Scaffold-GS, Octree-GS and Octree-AnyGS scaffold models, told apart by\n"
+                       "content. A model that cannot be kept exactly is refused with exit code 5 or 3.\n"
+                       "\n"
+                       "examples:\n"
+                       "  gsc convert output/city -o city.gsc\n"
+                       "  gsc convert output/room -o room.gsc -w --appearance 10 --report room.json \\\n"
+                       "      --progress plain");
     onParsed(command, invocation, options, runConvert);
 }
 

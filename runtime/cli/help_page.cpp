@@ -35,7 +35,11 @@ std::string wrapped(const std::string& start, const std::string& text, size_t in
 
 std::string entry(const std::string& name, const std::string& text)
 {
-    const std::string start = "  " + name;
+    std::string start = "  " + name;
+    for (size_t begin = 0; start.size() - begin > kColumns;) { // many values
+        begin = start.rfind('|', begin + kColumns - 1) + 1;
+        start.insert(begin, "\n      ");
+    }
     return start.size() + 2 > kNameColumns ? start + "\n" + wrapped("", text, kNameColumns)
                                            : wrapped(start, text, kNameColumns);
 }

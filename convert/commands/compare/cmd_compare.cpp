@@ -162,12 +162,12 @@ void addCompareCommand(CLI::App& app, Invocation& invocation)
     addRenderOptions(command, *options);
     addCheckpointOptions(command, options->checkpoint);
     addReporterOptions(command, invocation.reporter, true);
-    setFooter(command,
-              "Every attribute of every anchor, every weight and every camera is compared bit for bit. Exits with\n"
-              "8 if anything differs or a view is below --min-psnr.\n\n"
-              "examples:\n"
-              "  gsc compare output/city city.gsc\n"
-              "  gsc compare output/city city.gsc --render --views 5 --format json");
+    setFooter(command, "Every attribute of every anchor, every weight and every camera is compared bit\n"
+                       "for bit. Exits with 8 if anything differs or a view is below --min-psnr.\n"
+                       "\n"
+                       "examples:\n"
+                       "  gsc compare output/city city.gsc\n"
+                       "  gsc compare output/city city.gsc --render --views 5 --format json");
     onParsed(command, invocation, options, runCompare);
 }
 

@@ -261,9 +261,11 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
         addInteger(command, "-j,--threads", gaussians.threads, 0, 4096, "N (default: 0)", "threads, 0 = all cores");
     }
     addReporterOptions(command, invocation.reporter, true);
-    setFooter(command, "Other viewers have no networks: what depends on the view becomes spherical harmonics, and the\n"
-                       "report says what that lost against `exact`, on cameras that the fit did not use.\n"
-                       "A grid is a mask: its voxels are the cells that hold anchors, in the model's world space.\n\n"
+    setFooter(command, "Other viewers have no networks: what depends on the view becomes spherical\n"
+                       "harmonics, and the report says what that lost against `exact`, on cameras that\n"
+                       "the fit did not use. A grid is a mask: its voxels are the cells that hold\n"
+                       "anchors, in the model's world space.\n"
+                       "\n"
                        "examples:\n"
                        "  gsc export room.gsc --to ply -o room.ply\n"
                        "  gsc export room.gsc --to spz --sh 1 --max-gaussians 500K -o room.spz\n"
