@@ -435,6 +435,12 @@ const CLI::Option* nextPositional(const CommandState& state)
     return nullptr;
 }
 
+std::string noteOf(const CLI::Option& option)
+{
+    const std::string& text = option.get_option_text();
+    return text.substr(std::min(text.find(" ("), text.size()));
+}
+
 std::string placeholderOf(const CLI::Option& option)
 {
     const std::string& text = option.get_option_text();

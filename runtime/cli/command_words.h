@@ -74,5 +74,7 @@ bool takesSeveral(const CLI::Option& option);
 const CLI::Option* nextPositional(const CommandState& state);
 // The part of the option's text that names what it takes, "FILE.gsc" of "FILE.gsc (default: none)".
 std::string placeholderOf(const CLI::Option& option);
+// The rest of it, " (default: none)".
+std::string noteOf(const CLI::Option& option);
 
 } // namespace gsc

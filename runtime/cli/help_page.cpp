@@ -46,13 +46,9 @@ std::string entry(const std::string& name, const std::string& text)
 
 std::string optionEntry(const CLI::Option& option, bool brief)
 {
-    const std::string& text = option.get_option_text(); // "N (default: 3)"
-    const size_t note = std::min(text.find(" ("), text.size());
     const std::string help = option.get_description();
-    const bool is_word = option.get_positional();
-    return entry(option.get_name(is_word, !is_word) +
-                     (takesValue(option) && !is_word ? " " + placeholderOf(option) : ""),
-                 (brief ? summaryOf(help) : help) + text.substr(note));
+    return entry(option.get_name(false, true) + (takesValue(option) ? " " + placeholderOf(option) : ""),
+                 (brief ? summaryOf(help) : help) + noteOf(option));
 }
 
 // `all`: rare options too. `brief`: the first part of each text.
@@ -82,7 +78,7 @@ std::string helpPage(const CLI::App& command, bool all)
     std::string words, commands;
     for (const CLI::Option* option : options)
         if (option->get_positional())
-            words += optionEntry(*option, false);
+            words += entry(option->get_name(true, false), option->get_description() + noteOf(*option));
     for (const CLI::App* sub : commandsOf(command))
         commands += entry(sub->get_name(), sub->get_description());
     page += words.empty() ? "" : "\nWords:\n" + words;
@@ -91,7 +87,7 @@ std::string helpPage(const CLI::App& command, bool all)
         page += groupText(group, command, all, brief);
     page += commands.empty() ? "" : "\nCommands:\n" + commands;
     const std::string& footer = command.get_footer();
-    return page + (footer.empty() ? "" : "\n" + footer.substr(0, brief ? footer.find("\n\n") : footer.npos) + "\n");
+    return page + (footer.empty() ? "" : "\n" + footer.substr(0, all ? footer.npos : footer.find("\n\nmore")) + "\n");
 }
 
 std::string topicPage(const CLI::App& command, const std::string& topic)

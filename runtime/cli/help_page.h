@@ -10,8 +10,8 @@ class App;
 
 namespace gsc {
 
-// The options that most need, in short where they are many, and the first paragraph of the notes; with `all` every option,
-// and all that is said.
+// The options that most need, in short where they are many, and the notes up to
+// the paragraph "more"; with `all` everything.
 std::string helpPage(const CLI::App& command, bool all);
 // Every option of one of the command's groups; empty if it has none of that topic (topicOf()).
 std::string topicPage(const CLI::App& command, const std::string& topic);

@@ -65,7 +65,7 @@ std::string optionEntry(const CLI::Option& option)
     std::string names = option.get_name(false, true);
     for (size_t at = 0; (at = names.find(',', at)) != std::string::npos; at += 2)
         names.insert(at + 1, " ");
-    return entry(names, takesValue(option) ? option.get_option_text() : "", option.get_description());
+    return entry(names, takesValue(option) ? placeholderOf(option) : "", option.get_description() + noteOf(option));
 }
 
 } // namespace
