@@ -7,11 +7,12 @@ namespace gsc {
 namespace {
 
 const char* const kFooter = R"(exit codes:
-  0 ok (warnings allowed)   1 usage              2 input/output, disk full   3 invalid file
-  4 internal                5 unsupported        6 out of memory             7 device
-  8 difference or threshold exceeded           130 interrupted (nothing half-written is left)
+  0 ok (warnings allowed)   1 usage   2 input/output, disk full   3 invalid file
+  4 internal   5 unsupported   6 out of memory   7 device
+  8 difference or threshold exceeded   130 interrupted (nothing half-written)
 
-Results go to stdout, everything else to stderr. `gsc help COMMAND` tells more about one command.)";
+Results go to stdout, everything else to stderr. `gsc help COMMAND` tells more
+about one command.)";
 
 } // namespace
 

@@ -106,7 +106,9 @@ void addArchiveCommand(CLI::App& app, Invocation& invocation)
                "threads, 0: all cores (default); the file does not depend on it");
     addFlag(command, "-w,--overwrite", options->overwrite, "replace a file that exists");
     addReporterOptions(command, invocation.reporter, true);
-    setFooter(command, "gsc and gsc-play read an archive like any .gsc file: they unpack it into memory first.\n\n"
+    setFooter(command, "gsc and gsc-play read an archive like any .gsc file: they unpack it into memory\n"
+                       "first.\n"
+                       "\n"
                        "examples:\n"
                        "  gsc archive city.gsc -o city.archive.gsc\n"
                        "  gsc archive --extract city.archive.gsc -o city.gsc");

@@ -241,14 +241,13 @@ void addChartCommand(CLI::App& app, Invocation& invocation)
     addFlag(command, "-w,--overwrite", options->overwrite, "replace files that exist");
     addText(command, "--figures", options->figures, "DIR", "write every figure there too, as SVG and PNG");
     addReporterOptions(command, invocation.reporter, true);
-    setFooter(command,
-              "The page needs no network. Prints nothing on success. Lines of another form are skipped and told. "
-              "A run measured "
-              "again, in another file, is a repeat: the time in the middle is drawn, with the spread of "
-              "all and the worst accuracy of all.\n\n"
-              "examples:\n"
-              "  gsc chart runs.jsonl -o report.html\n"
-              "  gsc chart cpu.jsonl cuda.jsonl -o report.html --figures figures");
+    setFooter(command, "The page needs no network. Prints nothing on success. Lines of another form are\n"
+                       "skipped and told. A run measured again, in another file, is a repeat: the time\n"
+                       "in the middle is drawn, with the spread of all and the worst accuracy of all.\n"
+                       "\n"
+                       "examples:\n"
+                       "  gsc chart runs.jsonl -o report.html\n"
+                       "  gsc chart cpu.jsonl cuda.jsonl -o report.html --figures figures");
     onParsed(command, invocation, options, runChart);
 }
 

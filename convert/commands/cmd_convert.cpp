@@ -145,18 +145,22 @@ void addBakeOptions(CLI::App& command, ConvertOptions& options)
     addFlag(command, "-w,--overwrite", options.write.overwrite, "replace files that exist");
     addText(command, "--report", options.report, "FILE.json",
             "write the report there too, as JSON; - is standard output");
-    const Heading heading(command, "Making the file");
+    const Heading heading(command, "File to write");
     addText(command, "--appearance", options.appearance, "all|ROW (default: all)",
-            "row of the appearance embedding to keep");
+            "row of the appearance embedding to keep")
+        .rare();
     addFlag(command, "--drop-invalid", options.write.drop_invalid,
-            "leave out anchors with values that are not finite instead of refusing the model");
+            "leave out anchors with values that are not finite instead of refusing the model")
+        .rare();
     addChoice<SensitivityMode>(command, "--sensitivity", options.write.sensitivity,
                                {{"none", SensitivityMode::None}, {"sampled", SensitivityMode::Sampled}},
                                "default: sampled",
                                "sensitivity of each anchor to the view, which gsc-play --reuse error needs: sampled "
-                               "from six directions, or left out");
+                               "from six directions, or left out")
+        .rare();
     addCount(command, "--chunk-anchors", options.write.chunk_anchors, 1, kMaxAnchors, "N (default: 16384)",
-             "anchors per chunk to aim for");
+             "anchors per chunk to aim for")
+        .rare();
     addByteSize(command, "--memory-budget", options.write.memory_budget, 1,
                 "SIZE (default: 1G, or a quarter of memory if less)", "memory for buffers, such as 4G");
     addInteger(command, "-j,--threads", options.write.threads, 0, 4096, "N (default: 0)",
@@ -180,12 +184,13 @@ void addConvertCommand(CLI::App& app, Invocation& invocation)
     addBakeOptions(command, *options);
     addCheckpointOptions(command, options->checkpoint);
     addReporterOptions(command, invocation.reporter, true);
-    setFooter(command,
-              "Reads Scaffold-GS, Octree-GS and Octree-AnyGS scaffold models, told apart by content. A model that\n"
-              "cannot be kept exactly is refused with exit code 5 or 3.\n\n"
-              "examples:\n"
-              "  gsc convert output/city -o city.gsc\n"
-              "  gsc convert output/room -o room.gsc -w --appearance 10 --report room.json --progress plain");
+    setFooter(command, "Reads Scaffold-GS, Octree-GS and Octree-AnyGS scaffold models, told apart by\n"
+                       "content. A model that cannot be kept exactly is refused with exit code 5 or 3.\n"
+                       "\n"
+                       "examples:\n"
+                       "  gsc convert output/city -o city.gsc\n"
+                       "  gsc convert output/room -o room.gsc -w --appearance 10 --report room.json \\\n"
+                       "      --progress plain");
     onParsed(command, invocation, options, runConvert);
 }
 

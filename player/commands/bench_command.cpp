@@ -20,15 +20,19 @@ namespace {
 constexpr const char* kBenchExamples = R"(examples:
   gsc-play bench room.gsc --size 1920x1080
       300 frames round the stored cameras after 50 of warm-up, as a table
-  gsc-play bench city.gsc --cameras flight.json --eyes 2 --ipd 0.065 --size 2048x2048 --fov 90 --quality 16 --out b.jsonl
-      two eyes on a path, 16 frames scored against the tier exact, a line added to b.jsonl
+  gsc-play bench city.gsc --cameras flight.json --eyes 2 --ipd 0.065 \
+      --size 2048x2048 --fov 90 --quality 16 --out b.jsonl
+      two eyes on a path, 16 frames scored against the tier exact, a line added
+      to b.jsonl
   gsc-play bench room.gsc --sweep sweep.json --out runs.jsonl
-      every combination of reuse, bounds and budgets that sweep.json asks for; gsc chart draws runs.jsonl
+      every combination of reuse, bounds and budgets that sweep.json asks for;
+      gsc chart draws runs.jsonl
 
-Images stay on the device. Times of stages are the device's own, `wall` is what the caller waits
-for a frame, or with two in flight from frame to frame. A sweep scores every
-frame: a backend on the host is timed and scored in one pass, scoring outside the times; any other is timed first and
-renders again for the scores.)";
+Images stay on the device. Times of stages are the device's own, `wall` is what
+the caller waits for a frame, or with two in flight from frame to frame. A sweep
+scores every frame: a backend on the host is timed and scored in one pass,
+scoring outside the times; any other is timed first and renders again for the
+scores.)";
 
 void addBenchOptions(CLI::App& app, BenchOptions& options)
 {
@@ -39,15 +43,16 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
                "frames to measure, going round the cameras");
     addInteger(app, "--frames-in-flight", options.in_flight, 1, 256, "N (default: 1)",
                "frames submitted before the first is waited for, at most 2 or 3 for each device: 2 leave one device no "
-               "pause between frames, 3 for each device where several take turns");
+               "pause between frames, 3 for each device where several take turns")
+        .rare();
     addInteger(app, "--quality", options.quality, 0, kMany, "N (default: 0)",
                "cameras to score against the tier exact, spread over all; with reuse, --detail, --lod-hysteresis or "
                "--target-ms the path is played up to the last scored one");
     addScoreFrames(app, options.score);
     for (const char* option : {"--score-every", "--score-first"})
         optionOf(app, option).excludes(optionOf(app, "--quality"));
-    addBackend(app, "--reference", options.reference, false, "backend that renders exact for scores");
-    addText(app, "--label", options.label, "TEXT", "text for the report, such as what changed");
+    addBackend(app, "--reference", options.reference, false, "backend that renders exact for scores").rare();
+    addText(app, "--label", options.label, "TEXT", "text for the report, such as what changed").rare();
     addText(app, "--out", options.out, "FILE.jsonl",
             "file to add one line to (schemas/bench-report.schema.json); - is standard output");
     OptionHandle sweep = addText(app, "--sweep", options.sweep, "FILE.json",
@@ -100,7 +105,7 @@ ErrorCode runBench(const BenchOptions& options, Reporter& report)
 void addBenchCommand(CLI::App& root, Invocation& invocation)
 {
     auto options = std::make_shared<BenchOptions>();
-    CLI::App& command = addCommand(root, "bench", "Measure what frames cost, or sweep speed against accuracy");
+    CLI::App& command = addCommand(root, "bench", "Measure the cost of frames, or sweep speed and accuracy");
     addFile(command, options->play);
     optionOf(command, "FILE").required();
     addCameras(command, options->play);

@@ -13,29 +13,35 @@ namespace gsc {
 namespace {
 
 constexpr const char* kLiveExamples = R"(examples:
-  gsc-play live city.gsc --cameras zoom-out.json --eyes 2 --size 2048x2048 --fov 90 --gpus all --rate 100 --min-fps 90
+  gsc-play live city.gsc --cameras zoom-out.json --eyes 2 --size 2048x2048 \
+      --fov 90 --gpus all --rate 100 --min-fps 90
       poses come 100 times a second; a GPU joins before the rate falls below 90
-  gsc-play live room.gsc --rate 72 --seconds 60 --devices cuda:0,cuda:1 --mode split --trace run.json
+  gsc-play live room.gsc --rate 72 --seconds 60 --devices cuda:0,cuda:1 \
+      --mode split --trace run.json
       a minute round the stored cameras on two GPUs; gsc chart draws run.json
 
-Poses are fed in real time. The newest that waits is drawn next, and the newest that is drawn is shown: what a viewer
-without a screen would have shown, in order. Each pose ends as shown, late (a newer one was shown), expired (a newer one
-came, or it waited too long) or failed.)";
+Poses are fed in real time. The newest that waits is drawn next, and the newest
+that is drawn is shown: what a viewer without a screen would have shown, in
+order. Each pose ends as shown, late (a newer one was shown), expired (a newer
+one came, or it waited too long) or failed.)";
 
 void addLiveOptions(CLI::App& app, LiveOptions& options)
 {
-    const Heading heading(app, "Real time");
+    const Heading heading(app, "Poses in real time");
     addNumber(app, "--rate", options.rate, {0.1, 10000}, " poses per second", "FPS (default: 90)",
               "poses fed each second");
     addNumber(app, "--seconds", options.seconds, {0, 1e6}, " seconds", "S (default: 0)",
               "length of the run, going round the cameras; 0 = once through them");
     addNumber(app, "--timeout-ms", options.timeout_ms, {0, 1e6}, " milliseconds", "MS (default: 50)",
-              "longest time that a pose may wait to be drawn; 0 = until a newer pose comes");
+              "longest time that a pose may wait to be drawn; 0 = until a newer pose comes")
+        .rare();
     addNumber(app, "--still-distance", options.still_distance, {0, 1e6}, " world units", "LENGTH (default: 0)",
               "distance up to which the eyes stand still, if they also turn by --still-degrees at most: the new pose "
-              "is not drawn, and the last picture stays; 0 with --still-degrees 0 = draw every pose");
+              "is not drawn, and the last picture stays; 0 with --still-degrees 0 = draw every pose")
+        .rare();
     addNumber(app, "--still-degrees", options.still_degrees, {0, 180}, " degrees", "DEGREES (default: 0)",
-              "angle up to which the eyes stand still, see --still-distance");
+              "angle up to which the eyes stand still, see --still-distance")
+        .rare();
     addText(app, "--trace", options.trace, "FILE.json",
             "file for the trace: every pose, and each start and stop of a device with its cause "
             "(schemas/service-trace.schema.json); gsc chart draws it");
@@ -61,7 +67,7 @@ ErrorCode runLive(const LiveOptions& options, Reporter& report)
 void addLiveCommand(CLI::App& root, Invocation& invocation)
 {
     auto options = std::make_shared<LiveOptions>();
-    CLI::App& command = addCommand(root, "live", "Feed a trajectory in real time, and say what would have been shown");
+    CLI::App& command = addCommand(root, "live", "Play a trajectory in real time: what would be shown");
     addFile(command, options->play);
     optionOf(command, "FILE").required();
     addLiveOptions(command, *options);

@@ -22,53 +22,63 @@ namespace {
 constexpr const char* kPlayExamples = R"(examples:
   gsc-play room.gsc --out 'frames/{name}.png'
       every camera stored in the file, at its own size
-  gsc-play room.gsc --cameras path.json --frames 0:100 --size 1920x1080 --out 'out/{frame:04}.png' --stats out.jsonl
+  gsc-play room.gsc --cameras path.json --size 1920x1080 --video flight.mp4
+      a video, which needs the program ffmpeg
+  gsc-play bench room.gsc --size 1920x1080
+      what a frame costs, stage by stage; gsc-play bench --help
+
+more examples:
+  gsc-play room.gsc --cameras path.json --frames 0:100 --size 1920x1080 \
+      --out 'out/{frame:04}.png' --stats out.jsonl
       the first 100 frames of a trajectory, with what each cost
   gsc-play room.gsc --tier exact --depth 16 --out 'exact/{name}.png'
       the trainer's own image, 16 bits per channel
   gsc-play room.gsc --eyes 2 --ipd 0.065 --out 'vr/{frame:04}_{eye}.exr'
       both eyes, 32-bit float
-  gsc-play room.gsc --cameras path.json --backend cpu --reuse error --reuse-bound 1
+  gsc-play room.gsc --cameras path.json --backend cpu --reuse error \
+      --reuse-bound 1
       decoded Gaussians are drawn again while they change by less than 1/255
-  gsc-play city.gsc --cameras flight.json --target-ms 11 --lod-fade 0.5 --lod-hysteresis 0.1 --stats out.jsonl
+  gsc-play city.gsc --cameras flight.json --target-ms 11 --lod-fade 0.5 \
+      --lod-hysteresis 0.1 --stats out.jsonl
       detail falls where a frame would take longer than 11 ms, and no level pops
   gsc-play city.gsc --cameras flight.json --tier turbo --stats out.jsonl
-      what is far and small is joined and kept from frame to frame: faster, for paths
+      what is far and small is joined and kept from frame to frame: faster, for
+      paths
   gsc-play room.gsc --cameras path.json --size 1280x720 --out - | ffplay -
       pictures to another program, as they are drawn
-  gsc-play room.gsc --cameras path.json --size 1920x1080 --video flight.mp4 --fps 60
-      a video, which needs the program ffmpeg
   gsc-play room.gsc --out 'frames/{name}.png' --shard 2/4 --stats shard_2.jsonl
-      every fourth camera from the second on; gsc merge-runs shard_*.jsonl -o frames.jsonl joins the four files
-  gsc-play bench room.gsc --eyes 2 --ipd 0.065 --size 2048x2048 --fov 90
-      what a frame costs, stage by stage; gsc-play bench --help
+      every fourth camera from the second on; gsc merge-runs shard_*.jsonl -o
+      frames.jsonl joins the four files
 
-A model whose file is named as a command is played as ./bench.
-Results go to standard output, everything else to standard error.
+A model whose file is named as a command is played as ./bench. Results go to
+standard output, everything else to standard error.
 exit codes:
-  0 ok   1 usage   2 input/output   3 invalid file   4 internal   5 unsupported   6 out of memory   7 device
-  8 a bound was passed   130 interrupted)";
+  0 ok   1 usage   2 input/output   3 invalid file   4 internal   5 unsupported
+  6 out of memory   7 device   8 a bound was passed   130 interrupted)";
 
 void addOutputOptions(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "Files");
     addText(app, "--out", options.output.out, "PATTERN",
-            "images to write; {name}, {frame}, {frame:04} and {eye} are filled in (" + imageExtensions() +
+            "images to write: {name}, {frame}, {frame:04} and {eye} are filled in (" + imageExtensions() +
                 "); - is a stream on standard output, two eyes side by side");
     addChoice<StreamFormat>(
         app, "--stream", options.output.stream,
         {{"y4m", StreamFormat::Y4m}, {"rgb24", StreamFormat::Rgb24}, {"rgb48", StreamFormat::Rgb48}}, "default: y4m",
-        "format of --out -: YUV4MPEG2 (4:4:4, 16 bits, full range), or bare pixels of 8 or 16 bits per channel");
+        "format of --out -: YUV4MPEG2 (4:4:4, 16 bits, full range), or bare pixels of 8 or 16 bits per channel")
+        .rare();
     addText(app, "--video", options.output.video, "FILE.mp4",
             "a video through the program ffmpeg: H.264, nearly lossless, two eyes side by side");
     addNumber(app, "--fps", options.output.fps, {0.001, 1000}, " frames a second", "N (default: 30)",
-              "frames per second of a video, and those that a y4m stream states");
+              "frames per second of a video, and those that a y4m stream states")
+        .rare();
     addChoice<PixelDepth>(app, "--depth", options.output.depth, {{"8", PixelDepth::Eight}, {"16", PixelDepth::Sixteen}},
-                          "default: 8", "bits per channel of a PNG");
-    addText(
-        app, "--stats", options.output.stats, "FILE.jsonl",
-        "one JSON object per frame and line: time per stage, counts (schemas/frame-stats.schema.json); - is standard "
-        "output");
+                          "default: 8", "bits per channel of a PNG")
+        .rare();
+    addText(app, "--stats", options.output.stats, "FILE.jsonl",
+            "times and counts: one JSON object per frame and line, time per stage, counts "
+            "(schemas/frame-stats.schema.json); - is standard "
+            "output");
     addFlag(app, "-w,--overwrite", options.output.overwrite, "replace files that exist");
     addShard(app, options, "the frames", "--stats");
 }
@@ -163,7 +173,7 @@ void addPlayCommand(CLI::App& root, Invocation& invocation)
     auto options = std::make_shared<PlayOptions>();
     auto lists = std::make_shared<bool>(false);
     addPlayOptions(root, *options);
-    addFlag(root, "--list-devices", *lists, "list the devices that can render here, their memory and links, and end");
+    addFlag(root, "--list-devices", *lists, "list the devices that render here: with memory and links; then end");
     addReporterOptions(root, invocation.reporter, true);
     setFooter(root, kPlayExamples);
     onParsed(root, [&root, &invocation, options, lists] {

@@ -35,19 +35,24 @@ void addReuseOptions(CLI::App& app, PlayOptions& options)
     ReuseOptions& reuse = options.frame.reuse;
     addChoice<ReusePolicy>(
         app, "--reuse", reuse.policy, reusePolicies(), "default: none",
-        "draw decoded Gaussians again in later frames: none: never; depth: for a number of frames, fewer where more of "
+        "draw decoded Gaussians again in later frames: depth: for a number of frames, fewer where more of "
         "the view is new; error, on a CPU: while their predicted change stays within --reuse-bound");
     addInteger(app, "--reuse-depth", reuse.max_depth, 0, kMaxReuseDepth, "N (default: 10)",
-               "most frames that a decoded Gaussian is drawn again, with --reuse depth");
+               "most frames that a decoded Gaussian is drawn again, with --reuse depth")
+        .rare();
     addChoice<DepthGuidance>(app, "--reuse-guidance", reuse.guidance, depthGuidances(), "default: linear",
-                             "curve from the new share of the view to that number of frames, with --reuse depth");
+                             "curve from the new share of the view to that number of frames, with --reuse depth")
+        .rare();
     addNumber(app, "--reuse-bound", reuse.bound, {0, kMaxReuseBound}, " in 1/255", "B (default: 1)",
-              "largest predicted change of what an anchor draws, in 1/255 of full colour, with --reuse error");
+              "largest predicted change of what an anchor draws, in 1/255 of full colour, with --reuse error")
+        .rare();
     addInteger(app, "--decode-budget", reuse.decode_budget, 0, int64_t(1) << 40, "N (default: 0)",
                "most anchors decoded again per frame and eye, those with the largest predicted change first, with "
-               "--reuse error; an anchor that was never decoded always is; 0 = all that --reuse-bound asks for");
+               "--reuse error; an anchor that was never decoded always is; 0 = all that --reuse-bound asks for")
+        .rare();
     addByteSize(app, "--cache-budget", reuse.cache_bytes, 1, "SIZE (default: a quarter of the machine's)",
-                "most memory for decoded Gaussians, such as 256M");
+                "most memory for decoded Gaussians, such as 256M")
+        .rare();
 }
 
 void addLevelOptions(CLI::App& app, PlayOptions& options, Views views)
@@ -56,19 +61,22 @@ void addLevelOptions(CLI::App& app, PlayOptions& options, Views views)
     addNumber(
         app, "--detail", options.frame.detail, {0, double(kMostDetail)}, " pixels", "PIXELS (default: 0)",
         std::string(
-            "smallest detail that is drawn by itself, in pixels: groups of anchors that are far are drawn coarse, from "
+            "smallest detail drawn by itself: in pixels; groups of anchors that are far are drawn coarse, from "
             "copies that join smaller Gaussians and that later frames draw again; 0 = draw every Gaussian by itself") +
             (views == Views::Cameras ? ". Cameras in no order, such as the stored ones, and single pictures of "
                                        "gsc-play FILE are drawn without it"
                                      : ""));
     addNumber(app, "--lod-bias", options.frame.lod_bias, {-kMaxLodBias, kMaxLodBias}, " levels", "X (default: 0)",
-              "levels added to the level that distance asks for: below 0 draws less, 0 is the trainer's rule");
+              "levels added to the level that distance asks for: below 0 draws less, 0 is the trainer's rule")
+        .rare();
     addNumber(
         app, "--lod-fade", options.frame.lod_fade, {0, kMaxLodWidth}, " levels", "X (default: 0)",
-        "levels over which an anchor fades in, up to 1, around the distance where the trainer's rule switches it on");
+        "levels over which an anchor fades in, up to 1, around the distance where the trainer's rule switches it on")
+        .rare();
     addNumber(app, "--lod-hysteresis", options.frame.lod_hysteresis, {0, kMaxLodWidth}, " levels", "X (default: 0)",
               "levels by which a switch may lag behind the camera, up to 1: a camera that trembles at a switch then "
-              "changes nothing");
+              "changes nothing")
+        .rare();
 }
 
 void addFoveationOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
@@ -76,13 +84,15 @@ void addFoveationOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
     Choices<FoveationMode> modes = {{"none", FoveationMode::None}, {"fixed", FoveationMode::Fixed}};
     if (knows_gaze)
         modes.emplace_back("gaze", FoveationMode::Gaze);
-    addChoice<FoveationMode>(app, "--foveation", options.frame.foveation, modes, "default: none",
-                             std::string("thin out Gaussians that are too fine to be seen away from where an eye "
-                                         "looks, in tier fast on a GPU: fixed: each eye looks along its axis") +
-                                 (knows_gaze ? "; gaze: the headset tells where the eyes look, if it can" : ""));
+    addChoice<FoveationMode>(
+        app, "--foveation", options.frame.foveation, modes, "default: none",
+        std::string("fewer Gaussians away from where an eye looks: those too fine to be seen "
+                    "there are left out, in tier fast on a GPU; fixed: each eye looks along its axis") +
+            (knows_gaze ? "; gaze: the headset tells where the eyes look, if it can" : ""));
     addNumber(app, "--fovea-pixels", options.frame.fovea_pixels, {0.1, kMostFoveaPixels}, " pixels", "X (default: 2)",
               "with --foveation: standard deviation, in pixels, of the finest Gaussian drawn 40 degrees away and "
-              "beyond; up to 12 degrees every Gaussian is drawn, and in between this limit grows with the angle");
+              "beyond; up to 12 degrees every Gaussian is drawn, and in between this limit grows with the angle")
+        .rare();
 }
 
 } // namespace
@@ -104,18 +114,21 @@ void addFile(CLI::App& app, PlayOptions& options)
 void addCameraReading(CLI::App& app, PlayOptions& options)
 {
     addFlag(app, "--ignore-distortion", options.cameras.ignore_distortion,
-            "draw the cameras of a file that states lens distortion as pinholes instead of refusing it");
+            "draw the cameras of a file that states lens distortion as pinholes instead of refusing it")
+        .rare();
     addChoice<CamerasTransform>(app, "--cameras-transform", options.cameras.transform,
                                 {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}},
                                 "default: keep, with a warning",
                                 "poses of a transforms.json with applied_transform or applied_scale: as they stand, or "
-                                "back in the coordinates they came from");
+                                "back in the coordinates they came from")
+        .rare();
 }
 
 void addCameras(CLI::App& app, PlayOptions& options)
 {
     addText(app, "--cameras", options.cameras.file, "stored|FILE.json (default: stored)",
-            "cameras.json of a trained model, transforms.json, nerfstudio's camera_path.json, the folder of a COLMAP "
+            "cameras to draw: cameras.json of a trained model, transforms.json, nerfstudio's camera_path.json, the "
+            "folder of a COLMAP "
             "model, of a data set or of a trained model, "
             "or a trajectory (schemas/trajectory.schema.json), or "
             "those stored in FILE");
@@ -146,7 +159,7 @@ void addViewOptions(CLI::App& app, PlayOptions& options, const std::string& size
                      });
     addInteger(app, "--eyes", options.view.eyes, 1, 2, "1|2 (default: 1)", "pictures per frame: 1, or 2 for stereo");
     detail::addValue(app, "--ipd", "LENGTH (default: 0.064 m of the model's metre, or the trajectory's)",
-                     "distance between the eyes, in world units, or in metres such as 64mm",
+                     "distance between the eyes: in world units, or in metres such as 64mm",
                      [&options](const std::string& name, const std::string& text) {
                          options.view.ipd = parseLength(text, name.c_str());
                      });
@@ -156,11 +169,14 @@ void addViewOptions(CLI::App& app, PlayOptions& options, const std::string& size
 void addLookOptions(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "View");
-    addChoice<StereoMode>(app, "--stereo", options.frame.stereo, stereoModes(), "default: exact",
-                          "exact: the networks look from each eye; merged: from the middle between the two, once for "
-                          "both");
+    addChoice<StereoMode>(
+        app, "--stereo", options.frame.stereo, stereoModes(), "default: exact",
+        "place the networks look from: exact: each eye; merged: from the middle between the two, once for "
+        "both")
+        .rare();
     addInteger(app, "--appearance", options.cameras.appearance, 0, std::numeric_limits<int>::max(),
-               "ROW (default: the camera's own)", "row of the appearance embedding for every camera");
+               "ROW (default: the camera's own)", "row of the appearance embedding for every camera")
+        .rare();
     detail::addValue(app, "--background", "model|R,G,B (default: model)",
                      "colour behind the model; model = the colour it was trained with",
                      [&options](const std::string& name, const std::string& text) {
@@ -168,28 +184,33 @@ void addLookOptions(CLI::App& app, PlayOptions& options)
                              options.frame.background.reset();
                          else
                              options.frame.background = parseColor(name, text);
-                     });
+                     })
+        .rare();
     addNumber(app, "--near", options.frame.near_z, {0, kMaxLength, true}, " world units", "Z (default: the model's)",
-              "nearest depth drawn, in world units");
+              "nearest depth drawn, in world units")
+        .rare();
 }
 
 void addRunOptions(CLI::App& app, PlayOptions& options, Views views)
 {
     const Heading heading(app, "Rendering");
     addChoice<TierChoice>(app, "--tier", options.frame, tierChoices(), "default: fast",
-                          "exact: the trainer's image, but free of the trainer's rounding errors far from the origin; "
+                          "exactness of the pictures: exact: the trainer's image, but free of the trainer's rounding "
+                          "errors far from the origin; "
                           "fast: half precision on a GPU, exact on a CPU; " +
                               formatString("turbo: fast with --detail %g, for trajectories", kTurboDetail));
     addBackend(app, "--backend", options.devices.backend, true,
                "backend that renders; gsc-play backends lists those of this machine");
     addInteger(app, "--device", options.devices.device, 0, 255, "N (default: 0)",
-               "number of the backend's device, as in the list of gsc-play backends");
+               "number of the backend's device, as in the list of gsc-play backends")
+        .rare();
     addInteger(app, "--threads", options.devices.threads, 0, 4096, "N (default: 0)",
                "CPU threads, 0 = all cores; with a GPU: most threads that read the file");
     addByteSize(
         app, "--vram-budget", options.devices.vram_budget, 1, "SIZE (default: all there is)",
-        "most device memory for model and frame, such as 4G; a frame that needs more is drawn in several passes");
-    addFlag(app, "--verify", options.model.verify, "check the checksum of every byte before the first frame");
+        "most device memory for model and frame, such as 4G; a frame that needs more is drawn in several passes")
+        .rare();
+    addFlag(app, "--verify", options.model.verify, "check the checksum of every byte before the first frame").rare();
     addFoveationOptions(app, options, views == Views::Headset);
     addReuseOptions(app, options);
     addLevelOptions(app, options, views);
@@ -198,7 +219,8 @@ void addRunOptions(CLI::App& app, PlayOptions& options, Views views)
 void addFirstPicture(CLI::App& app, PlayOptions& options)
 {
     addFlag(app, "--first-picture", options.devices.first_picture,
-            "draw while the model is on its way to the GPU, coarse levels and near anchors first; --tier exact waits");
+            "draw while the model is on its way to the GPU, coarse levels and near anchors first; --tier exact waits")
+        .rare();
 }
 
 void settleFirstPicture(PlayOptions& options)
@@ -218,7 +240,8 @@ void addShard(CLI::App& app, PlayOptions& options, const char* what, const char*
             what, file),
         [&options](const std::string& name, const std::string& text) {
             options.shard = parseShard(text, name, processEnvironment, remoteWorkers() != nullptr);
-        });
+        })
+        .rare();
 }
 
 void checkShardFile(const PlayOptions& options, const char* option, const std::string& file)
@@ -233,8 +256,10 @@ void addScoreFrames(CLI::App& app, ScoreOptions& score)
 {
     constexpr int64_t kMany = 1000000;
     addInteger(app, "--score-every", score.every, 1, kMany, "N (default: 1)",
-               "score every N-th frame against the tier exact");
-    addInteger(app, "--score-first", score.first, 0, kMany, "N (default: 0)", "number of the first frame to score");
+               "score every N-th frame against the tier exact")
+        .rare();
+    addInteger(app, "--score-first", score.first, 0, kMany, "N (default: 0)", "number of the first frame to score")
+        .rare();
 }
 
 void addTargetOption(CLI::App& app, PlayOptions& options, Views views)
@@ -242,7 +267,7 @@ void addTargetOption(CLI::App& app, PlayOptions& options, Views views)
     const Heading heading(app, "Levels of detail");
     addNumber(
         app, "--target-ms", options.frame.target_ms, {1e-6, kMaxTargetMs}, " milliseconds", "MS (default: none)",
-        std::string("hold this frame time, in milliseconds: while frames take longer, --detail doubles up to 4 pixels "
+        std::string("time of a frame to hold: while frames take longer, --detail doubles up to 4 pixels "
                     "where detail can be drawn, then --lod-bias falls; both come back slowly to their given values") +
             (views == Views::Cameras
                  ? ". Refused where neither can change, such as for a model of one level on cameras in no order"

@@ -14,8 +14,10 @@ namespace {
 
 constexpr const char* kStabilityExamples = R"(example:
   gsc sample paths room.gsc -o paths
-  gsc-play stability room.gsc --trajectories paths --size 640x480 --backend cpu --reuse error
-      every breaking path, each frame against the tier exact; exit code 8 if one passes a bound)";
+  gsc-play stability room.gsc --trajectories paths --size 640x480 \
+      --backend cpu --reuse error
+      every breaking path, each frame against the tier exact; exit code 8 if one
+      passes a bound)";
 
 void addStabilityOptions(CLI::App& app, StabilityOptions& options)
 {
@@ -25,15 +27,18 @@ void addStabilityOptions(CLI::App& app, StabilityOptions& options)
     addTexts(app, "--trajectories", options.trajectories, "FILE.json|DIR", "camera files, or folders of them");
     addInteger(app, "--warmup", options.warmup, 0, kMany, "N (default: 5)",
                "frames at the start of each trajectory that are not timed");
-    addBackend(app, "--reference", options.reference, false, "backend that renders exact");
+    addBackend(app, "--reference", options.reference, false, "backend that renders exact").rare();
     addScoreFrames(app, options.score);
     addNumber(app, "--bound-psnr", options.bound_psnr, {0, 1000}, " dB", "DB (default: 50)",
-              "least PSNR of any frame against exact; 0 = no bound");
+              "least PSNR of any frame against exact; 0 = no bound")
+        .rare();
     addNumber(
         app, "--bound-temporal", options.bound_temporal, {0, kMost}, " medians", "X (default: 2)",
-        "largest change of the error image from one frame to the next, in medians of the trajectory; 0 = no bound");
+        "largest change of the error image from one frame to the next, in medians of the trajectory; 0 = no bound")
+        .rare();
     addNumber(app, "--bound-p99", options.bound_p99, {0, kMost}, " medians", "X (default: 0)",
-              "largest p99 of the frame time, in medians; 0 = no bound");
+              "largest p99 of the frame time, in medians; 0 = no bound")
+        .rare();
     addText(app, "--out", options.out, "FILE.jsonl",
             "with --shard: file to write a line to for each trajectory (schemas/stability-report.schema.json); a shard "
             "that was stopped goes on there. gsc merge-runs judges the bounds, and exits with 8 if one is passed");
@@ -54,8 +59,7 @@ ErrorCode runStability(const StabilityOptions& options, Reporter& report)
 void addStabilityCommand(CLI::App& root, Invocation& invocation)
 {
     auto options = std::make_shared<StabilityOptions>();
-    CLI::App& command = addCommand(
-        root, "stability", "Play trajectories that strain reuse between frames, and test that the pictures hold still");
+    CLI::App& command = addCommand(root, "stability", "Test that the pictures of trajectories hold still");
     addFile(command, options->play);
     optionOf(command, "FILE").required();
     addStabilityOptions(command, *options);

@@ -16,14 +16,17 @@ namespace {
 
 constexpr const char* kWindowExamples = R"(examples:
   gsc-play window city.gsc
-      fly with W A S D and the left mouse button; F1 lists every key, Tab opens the panel
+      fly with W A S D and the left mouse button; F1 lists every key, Tab opens
+      the panel
   gsc-play window city.gsc --gpus all --min-fps 60 --tier exact
       several GPUs; one joins before the rate falls below 60
   gsc-play window city.gsc --cameras path.json --folder pictures
-      fly along a path with Space; screenshots (F12) and recorded paths (R) go to pictures
+      fly along a path with Space; screenshots (F12) and recorded paths (R) go
+      to pictures
 
-The newest finished picture is shown; the window never waits for one. A recorded path is a trajectory that gsc-play FILE,
-bench, stability and --sweep take: gsc-play bench city.gsc --cameras path-0001.json.)";
+The newest finished picture is shown; the window never waits for one. A recorded
+path is a trajectory that gsc-play FILE, bench, stability and --sweep take:
+gsc-play bench city.gsc --cameras path-0001.json.)";
 
 void addWindowOptions(CLI::App& app, WindowOptions& options)
 {
@@ -32,7 +35,7 @@ void addWindowOptions(CLI::App& app, WindowOptions& options)
     addText(app, "--log", options.log, "FILE", "file for a JSON line per frame shown (schemas/window-log.schema.json)");
     addFlag(app, "-w,--overwrite", options.play.output.overwrite, "replace the log if it exists");
     addFirstPicture(app, options.play);
-    addFlag(app, "--no-vsync", options.tears, "do not wait for the display between two frames");
+    addFlag(app, "--no-vsync", options.tears, "do not wait for the display between two frames").rare();
 }
 
 void checkWindowOptions(const CLI::App& app, const WindowOptions& options)

@@ -15,17 +15,22 @@ namespace {
 
 constexpr const char* kXrExamples = R"(examples:
   gsc-play xr --info
-      what there is: OpenXR's runtime, the headset, its views, and whether its GPU is the one that draws
+      what there is: OpenXR's runtime, the headset, its views, and whether its
+      GPU is the one that draws
   gsc-play xr city.gsc --keep-place --fallback window
-      the viewer starts at the first camera; where it was left is stored in city.gsc.place.json
-  gsc-play xr city.gsc --cameras flight.json --ride --target-ms 9 --log log.jsonl
+      the viewer starts at the first camera; where it was left is stored in
+      city.gsc.place.json
+  gsc-play xr city.gsc --cameras flight.json --ride --target-ms 9 \
+      --log log.jsonl
       carried along a path; levels fall while frames take longer
 
-The left stick walks, the right one turns by 30 degrees and goes up and down. A grip holds the world and pulls it; both turn
-and scale it. The trigger goes where the hand points, the menu button back to the start.
+The left stick walks, the right one turns by 30 degrees and goes up and down. A
+grip holds the world and pulls it; both turn and scale it. The trigger goes
+where the hand points, the menu button back to the start.
 
-Each refresh shows the newest finished picture with the pose it was drawn for, and the headset turns it to where the eyes are:
-no refresh waits for the renderer.)";
+Each refresh shows the newest finished picture with the pose it was drawn for,
+and the headset turns it to where the eyes are: no refresh waits for the
+renderer.)";
 
 struct XrChoice {
     XrOptions xr;
@@ -41,25 +46,32 @@ void addXrOptions(CLI::App& app, XrChoice& choice)
     addChoice<std::string>(app, "--fallback", choice.fallback, {{"none", "none"}, {"window", "window"}},
                            "default: none", "view to open where there is no headset, or when it goes away");
     addNumber(app, "--xr-scale", options.scale, {0.05, 4}, " times", "X (default: 1)",
-              "width and height of pictures, in times those that the runtime recommends");
+              "width and height of pictures, in times those that the runtime recommends")
+        .rare();
     addChoice<bool>(
         app, "--xr-space", options.stage, {{"local", false}, {"stage", true}}, "default: local",
         "local: the eyes start at the first camera, wherever the viewer sits; stage: it is 1.6 m above the floor of "
-        "the room");
+        "the room")
+        .rare();
     addNumber(app, "--metre", options.metre, {0, 1e12, true}, " world units", "UNITS (default: the model's)",
-              "world units to a metre of the viewer's body");
+              "world units to a metre of the viewer's body")
+        .rare();
     addFlag(app, "--ride", options.rides, "the cameras carry the viewer along, level, at --ride-fps");
     addNumber(app, "--ride-fps", options.ride_fps, {1e-3, 1e4}, " a second", "FPS (default: 72)",
-              "cameras a second of --ride, by the clock of the headset");
+              "cameras a second of --ride, by the clock of the headset")
+        .rare();
     addFlag(app, "--keep-place", options.keeps_place,
             "start where the viewer was left, and store it at the end in FILE.place.json (schemas/place.schema.json)");
     addFlag(app, "--xr-depth", options.depth,
             "give the headset depths with the pictures, where its runtime takes them (XR_KHR_composition_layer_depth); "
-            "both then go through memory of the host");
+            "both then go through memory of the host")
+        .rare();
     addFlag(app, "--xr-sync", options.waits,
-            "wait in each frame for the picture of its own pose: for tests and recordings, refreshes are missed");
+            "wait in each frame for the picture of its own pose: for tests and recordings, refreshes are missed")
+        .rare();
     addFlag(app, "--xr-late", options.late,
-            "look up where the eyes are again when the drawing of their picture begins, for when it will be seen");
+            "look up where the eyes are again when the drawing of their picture begins, for when it will be seen")
+        .rare();
     addFirstPicture(app, options.play);
     addNumber(app, "--seconds", options.seconds, {0, 1e9}, " seconds", "S (default: 0)",
               "seconds after which the session ends; 0 = when it is left in the headset");

@@ -184,10 +184,8 @@ private:
     [[nodiscard]] std::string listTaken() const
     {
         for (const auto& [option, count] : m_state.given) {
-            const std::string start = optionName(*option) + "=";
-            const auto begins = [&](const std::string& word) { return word.starts_with(start); };
-            if (!option->get_positional() && takesSeveral(*option) &&
-                size_t(std::count_if(m_state.options.begin(), m_state.options.end(), begins)) > count)
+            const auto taken = std::ranges::count(m_state.values, option, &decltype(m_state.values)::value_type::first);
+            if (!option->get_positional() && takesSeveral(*option) && size_t(taken) > count)
                 return optionName(*option);
         }
         return "";
@@ -217,8 +215,11 @@ private:
         const size_t count = ++m_state.given[&option];
         if (count == 2 && takesValue(option) && !takesSeveral(option) && !m_lenient)
             fail(formatString("%s: given twice, expected once; leave one out", optionName(option).c_str()));
-        m_state.help |= &option == m_state.command->get_help_ptr();
+        m_state.help_all |= &option == m_state.command->get_help_all_ptr();
+        m_state.help |= m_state.help_all || &option == m_state.command->get_help_ptr();
         m_state.version |= &option == rootOf(*m_state.command).get_version_ptr();
+        if (!takesValue(option))
+            m_state.values.emplace_back(&option, "true");
     }
 
     void takeValue(const std::string& word, bool is_attached = false)
@@ -231,7 +232,7 @@ private:
         if (word.empty() && !m_lenient)
             fail(formatString("%s: an empty value, expected %s; correct it or leave %s out", optionName(option).c_str(),
                               placeholderOf(option).c_str(), optionName(option).c_str()));
-        m_state.options.push_back(optionName(option) + "=" + word);
+        m_state.values.emplace_back(&option, word);
         if (takesSeveral(option) && !is_attached)
             m_state.awaited_may_end = true;
         else
@@ -251,8 +252,6 @@ private:
         m_state.awaited_may_end = false;
         if (equals == std::string::npos) {
             m_state.awaited = takesValue(*option) ? option : nullptr;
-            if (!takesValue(*option))
-                m_state.options.push_back(optionName(*option));
             return;
         }
         if (!takesValue(*option) && !m_lenient)
@@ -273,10 +272,8 @@ private:
                 failOption(word, *m_state.command);
             }
             note(*option);
-            if (!takesValue(*option)) {
-                m_state.options.push_back(optionName(*option));
+            if (!takesValue(*option))
                 continue;
-            }
             m_state.awaited_may_end = false;
             m_state.awaited = option;
             if (i + 1 < word.size())
@@ -298,6 +295,7 @@ private:
                               placeholderOf(*option).c_str(), helpOf(*m_state.command).c_str()));
         ++m_state.given[option];
         m_state.positionals.push_back(word);
+        m_state.values.emplace_back(option, word);
     }
 
     CommandState m_state;
@@ -315,13 +313,14 @@ CommandState checkWords(const CLI::App& root, const std::vector<std::string>& wo
     return walker.state();
 }
 
-std::vector<std::string> plainWords(const CommandState& state)
+void giveWords(CLI::App& root, const CommandState& state)
 {
-    std::vector<std::string> words = state.path;
-    for (const std::string& word : state.positionals) // all that start with a dash are names of files
-        words.push_back(word.size() > 1 && word[0] == '-' ? "./" + word : word);
-    words.insert(words.end(), state.options.begin(), state.options.end());
-    return words;
+    CLI::App* command = &root;
+    for (const std::string& name : state.path)
+        command = command->get_subcommand(name);
+    for (const auto& [option, value] : state.values)
+        command->get_option(optionName(*option))->add_result(value);
+    root.parse(std::vector<std::string>(state.path.rbegin(), state.path.rend())); // runs the callbacks
 }
 
 CommandState followWords(const CLI::App& root, const std::vector<std::string>& words)
@@ -340,6 +339,28 @@ std::vector<const CLI::App*> commandsOf(const CLI::App& command)
 std::vector<const CLI::Option*> optionsOf(const CLI::App& command)
 {
     return command.get_options([](const CLI::Option*) { return true; });
+}
+
+std::vector<OptionGroup> groupsOf(const CLI::App& command)
+{
+    std::vector<OptionGroup> groups;
+    for (const CLI::Option* option : optionsOf(command)) {
+        if (!option->nonpositional())
+            continue;
+        std::string name = option->get_group();
+        if (isRare(*option))
+            name.resize(name.size() - std::string(kRare).size());
+        auto group = std::ranges::find(groups, name, &OptionGroup::name);
+        if (group == groups.end())
+            group = groups.insert(group, {name, {}});
+        group->options.push_back(option);
+    }
+    return groups;
+}
+
+std::string topicOf(const OptionGroup& group)
+{
+    return CLI::detail::to_lower(group.name.substr(0, group.name.find(' ')));
 }
 
 const CLI::App* commandNamed(const CLI::App& command, const std::string& name)
@@ -375,6 +396,27 @@ std::string optionName(const CLI::Option& option)
     return option.get_snames().empty() ? option.get_name(true, false) : "-" + option.get_snames().front();
 }
 
+bool isRare(const CLI::Option& option)
+{
+    return option.get_group().ends_with(kRare);
+}
+
+std::string positionalsText(const CLI::App& command)
+{
+    std::string words;
+    for (const CLI::Option* option : optionsOf(command))
+        if (option->get_positional()) {
+            const std::string name = option->get_name(true, false) + (takesSeveral(*option) ? "..." : "");
+            words += option->get_required() ? " " + name : " [" + name + "]";
+        }
+    return words;
+}
+
+std::string summaryOf(const std::string& help)
+{
+    return help.substr(0, std::min({help.find(": "), help.find("; "), help.find(". ")}));
+}
+
 bool takesValue(const CLI::Option& option)
 {
     return option.get_items_expected_max() > 0;
@@ -391,6 +433,12 @@ const CLI::Option* nextPositional(const CommandState& state)
         if (option->get_positional() && (takesSeveral(*option) || state.given.count(option) == 0))
             return option;
     return nullptr;
+}
+
+std::string noteOf(const CLI::Option& option)
+{
+    const std::string& text = option.get_option_text();
+    return text.substr(std::min(text.find(" ("), text.size()));
 }
 
 std::string placeholderOf(const CLI::Option& option)

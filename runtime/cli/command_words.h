@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words of a command line against the tree of commands and options, before CLI11 parses them. CLI11's own messages
-// neither say what was expected nor guess what was meant, and differ between its versions.
+// The grammar of the command line: which word is a command, an option, a value or a positional. CLI11 holds what was
+// declared and runs its callbacks; its messages neither say what was expected nor guess what was meant.
 #pragma once
 
 #include <cstddef>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace CLI {
@@ -23,17 +24,17 @@ struct CommandState {
     bool only_positionals = false;        // "--" was there
     std::vector<std::string> positionals; // words without an option
     std::map<const CLI::Option*, size_t> given;
-    bool help = false, version = false;
-    std::vector<std::string> path, options; // names of commands, and options as CLI11 takes them in one way only
+    bool help = false, help_all = false, version = false;
+    std::vector<std::string> path;                                  // names of commands
+    std::vector<std::pair<const CLI::Option*, std::string>> values; // of options and positionals; a flag's is "true"
 };
 
 // `words` without the program's name. Throws Error(Usage) for the first word that does not fit, and for what is missing
 // at the end; after --help or --version nothing is missing.
 CommandState checkWords(const CLI::App& root, const std::vector<std::string>& words);
 
-// The words that were checked, in the order in which CLI11 reads them as checkWords() did: commands, positionals, options,
-// a list one value at a time.
-std::vector<std::string> plainWords(const CommandState& state);
+// Gives the values to the options that were declared, and runs the callbacks of these and of the commands.
+void giveWords(CLI::App& root, const CommandState& state);
 
 // The state after `words`, as far as they fit: for completion.
 CommandState followWords(const CLI::App& root, const std::vector<std::string>& words);
@@ -41,6 +42,14 @@ CommandState followWords(const CLI::App& root, const std::vector<std::string>& w
 // The commands right below one, in the order in which they were declared, and its options.
 std::vector<const CLI::App*> commandsOf(const CLI::App& command);
 std::vector<const CLI::Option*> optionsOf(const CLI::App& command);
+// Its options, without positionals, by the heading they stand under.
+struct OptionGroup {
+    std::string name;
+    std::vector<const CLI::Option*> options;
+};
+std::vector<OptionGroup> groupsOf(const CLI::App& command);
+// The word by which `help` shows a group alone: the first of its name, "reuse".
+std::string topicOf(const OptionGroup& group);
 // The one of a name; null if there is none.
 const CLI::App* commandNamed(const CLI::App& command, const std::string& name);
 // Their names, "convert, info or sample".
@@ -51,6 +60,13 @@ std::string listCommands(const CLI::App& command);
 std::string commandPath(const CLI::App& command);
 // The longest name of an option, "--size", or of a positional, "FILE".
 std::string optionName(const CLI::Option& option);
+// Left out of --help; --help-all and the page of its group show it.
+bool isRare(const CLI::Option& option);
+inline constexpr const char* kRare = " (rare)"; // behind the name of its group
+// " [FILE] WORD...": the positionals as a usage shows them.
+std::string positionalsText(const CLI::App& command);
+// The part of a help text that says it in short.
+std::string summaryOf(const std::string& help);
 // Does it take a value?
 bool takesValue(const CLI::Option& option);
 bool takesSeveral(const CLI::Option& option);
@@ -58,5 +74,7 @@ bool takesSeveral(const CLI::Option& option);
 const CLI::Option* nextPositional(const CommandState& state);
 // The part of the option's text that names what it takes, "FILE.gsc" of "FILE.gsc (default: none)".
 std::string placeholderOf(const CLI::Option& option);
+// The rest of it, " (default: none)".
+std::string noteOf(const CLI::Option& option);
 
 } // namespace gsc

@@ -17,7 +17,7 @@ void addLine(std::string& lines, const std::string& word, const std::string& hel
 {
     lines += word;
     if (!help.empty())
-        lines += "\t" + help.substr(0, help.find_first_of(":;\n"));
+        lines += "\t" + summaryOf(help);
     lines += "\n";
 }
 
@@ -235,6 +235,11 @@ std::string completions(const CLI::App& root, const std::vector<std::string>& wo
                 below = below != nullptr ? commandNamed(*below, word) : nullptr;
             if (below != nullptr)
                 addCommands(lines, *below, last);
+            if (below != nullptr && command.get_name() == "help")
+                for (const OptionGroup& group : groupsOf(*below))
+                    if (topicOf(group).starts_with(last) &&
+                        std::ranges::any_of(group.options, [](const auto* option) { return isRare(*option); }))
+                        addLine(lines, topicOf(group), group.name);
         } else
             addValues(lines, *option, last, "");
     }

@@ -48,12 +48,7 @@ std::string upperCase(std::string text)
 std::string synopsis(const CLI::App& command)
 {
     std::string text = ".B " + escaped(commandPath(command)) + "\n";
-    std::string words;
-    for (const CLI::Option* option : command.get_options([](const CLI::Option* o) { return o->get_positional(); })) {
-        const std::string name = option->get_name(true, false) + (takesSeveral(*option) ? "..." : "");
-        words += (option->get_required() ? " " + name : " [" + name + "]");
-    }
-    text += "[\\fIoptions\\fR]" + escaped(words) + "\n";
+    text += "[\\fIoptions\\fR]" + escaped(positionalsText(command)) + "\n";
     if (!commandsOf(command).empty())
         text += ".br\n.B " + escaped(commandPath(command)) + "\n\\fIcommand\\fR [\\fIoptions\\fR]\n";
     return text;
@@ -70,7 +65,7 @@ std::string optionEntry(const CLI::Option& option)
     std::string names = option.get_name(false, true);
     for (size_t at = 0; (at = names.find(',', at)) != std::string::npos; at += 2)
         names.insert(at + 1, " ");
-    return entry(names, takesValue(option) ? option.get_option_text() : "", option.get_description());
+    return entry(names, takesValue(option) ? placeholderOf(option) : "", option.get_description() + noteOf(option));
 }
 
 } // namespace
@@ -92,14 +87,9 @@ std::string manPage(const CLI::App& command)
     page += words.empty() ? "" : ".SH WORDS\n";
     for (const CLI::Option* word : words)
         page += entry(word->get_name(true, false), "", word->get_description());
-    for (const std::string& group : command.get_groups()) {
-        const auto options = command.get_options([&](const CLI::Option* option) {
-            return option->get_group() == group && !group.empty() && option->nonpositional();
-        });
-        if (options.empty())
-            continue;
-        page += ".SH " + upperCase(escaped(group)) + "\n";
-        for (const CLI::Option* option : options)
+    for (const OptionGroup& group : groupsOf(command)) {
+        page += ".SH " + upperCase(escaped(group.name)) + "\n";
+        for (const CLI::Option* option : group.options)
             page += optionEntry(*option);
     }
     if (const auto subs = commandsOf(command); !subs.empty()) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cli/options.h"
 
+#include "runtime/cli/command_words.h"
 #include "runtime/cli/quantity.h"
 #include "runtime/cli/suggestion.h"
 
@@ -27,6 +28,12 @@ OptionHandle OptionHandle::excludes(OptionHandle other) const
 OptionHandle OptionHandle::needs(OptionHandle other) const
 {
     m_option->needs(other.get());
+    return *this;
+}
+
+OptionHandle OptionHandle::rare() const
+{
+    m_option->group(m_option->get_group() + kRare);
     return *this;
 }
 

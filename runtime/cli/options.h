@@ -30,13 +30,15 @@ public:
     OptionHandle required() const;
     OptionHandle excludes(OptionHandle other) const;
     OptionHandle needs(OptionHandle other) const;
+    OptionHandle rare() const; // not in --help, but in --help-all and on the page of its heading
     [[nodiscard]] CLI::Option* get() const { return m_option; }
 
 private:
     CLI::Option* m_option;
 };
 
-// While it lives, options that are declared stand under `name` in the help.
+// While it lives, options that are declared stand under `name` in the help. The first word of the name is that of their
+// page, "reuse" of `help reuse`.
 class Heading {
 public:
     Heading(CLI::App& app, const std::string& name);

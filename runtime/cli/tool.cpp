@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cli/tool.h"
 
-#include "runtime/cli/help_format.h"
-
 #include <gsc/file/file_fault.h>
 #include "format/machine/machine.h"
 #include "format/machine/threads.h"
 #include "runtime/cli/command_words.h"
 #include "runtime/cli/completion.h"
+#include "runtime/cli/help_page.h"
 #include "runtime/cli/man_page.h"
 #include "runtime/cli/options.h"
 #include "runtime/cli/thread_guard.h"
@@ -95,23 +94,19 @@ ReporterOptions reporterOf(const std::vector<std::string>& words)
     return options;
 }
 
-void parse(CLI::App& root, Invocation& invocation, std::vector<std::string> words)
+void parse(CLI::App& root, const Invocation& invocation, const CommandState& state)
 {
-    std::reverse(words.begin(), words.end()); // as CLI11 wants them
     try {
-        root.parse(std::move(words));
+        giveWords(root, state);
     } catch (const CLI::Error& e) { // what checkWords() did not see
         throw Error(ErrorCode::Usage, formatString("command line: %s, expected what %s --help tells; correct it",
                                                    e.what(), root.get_name().c_str()));
     }
     if (invocation.run)
         return;
-    const CLI::App* command = &root;
-    while (!command->get_subcommands().empty())
-        command = command->get_subcommands().front();
-    const std::string path = commandPath(*command);
+    const std::string path = commandPath(*state.command);
     throw Error(ErrorCode::Usage, formatString("%s: no command given, expected %s; see %s --help", path.c_str(),
-                                               listCommands(*command).c_str(), path.c_str()));
+                                               listCommands(*state.command).c_str(), path.c_str()));
 }
 
 // A standard stream that was closed at the start is held by a file on which its use fails as before: the next file to be
@@ -123,27 +118,23 @@ void holdClosedStreams()
             (void)::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY); // the lowest number that is free
 }
 
-std::string helpText(const CLI::App& command)
-{
-    const CLI::App* const parent = command.get_parent();
-    return command.help(parent != nullptr ? commandPath(*parent) : "");
-}
-
 void addPageCommand(CLI::App& root, Invocation& invocation, const char* name, const char* help,
-                    std::string (*text)(const CLI::App&))
+                    std::string (*text)(const CLI::App&, const std::string& topic))
 {
     auto words = std::make_shared<std::vector<std::string>>();
     CLI::App* command = root.add_subcommand(name, help);
     addTexts(*command, "COMMAND", *words, "COMMAND", "the command, such as the words behind the program's name");
     command->callback([&root, &invocation, words, text] {
         const CLI::App* wanted = &root;
+        std::string page = text(root, "");
         for (const std::string& word : *words) {
-            const CLI::App* const below = commandNamed(*wanted, word);
-            if (below == nullptr)
-                failCommand(word, *wanted);
+            const CLI::App* const below = wanted != nullptr ? commandNamed(*wanted, word) : nullptr;
+            page = below != nullptr ? text(*below, "") : wanted != nullptr ? text(*wanted, word) : "";
+            if (page.empty())
+                failCommand(word, wanted != nullptr ? *wanted : root);
             wanted = below;
         }
-        invocation.run = [page = text(*wanted)](Reporter& report) {
+        invocation.run = [page](Reporter& report) {
             report.text(page);
             return ErrorCode::Ok;
         };
@@ -196,20 +187,25 @@ void addReporterOptions(CLI::App& command, ReporterOptions& options, bool takes_
              {"plain", ProgressMode::Plain},
              {"json", ProgressMode::Json},
              {"none", ProgressMode::None}},
-            "default: auto",
-            "form of messages and progress on standard error; auto is a bar on a terminal, else lines");
+            "default: auto", "form of messages and progress on standard error; auto is a bar on a terminal, else lines")
+            .rare();
     addFlag(command, "-q,--quiet", options.quiet, "only errors on standard error");
-    command.add_flag("-v,--verbose", options.verbose, "say more on standard error");
-    addFlag(command, "--no-color", options.no_color, "no colour; NO_COLOR in the environment does the same");
+    OptionHandle(command.add_flag("-v,--verbose", options.verbose, "say more on standard error")).rare();
+    addFlag(command, "--no-color", options.no_color, "no colour; NO_COLOR in the environment does the same").rare();
 }
 
 void addToolCommands(CLI::App& root, Invocation& invocation)
 {
-    addPageCommand(root, invocation, "help", "Show the help of a command", helpText);
-    addPageCommand(root, invocation, "man", "Show a manual page, for man -l -", manPage);
+    addPageCommand(root, invocation, "help", "Show the help of a command or topic",
+                   [](const CLI::App& command, const std::string& topic) {
+                       return topic.empty() ? helpPage(command, false) : topicPage(command, topic);
+                   });
+    addPageCommand(root, invocation, "man", "Show a manual page, for man -l -",
+                   [](const CLI::App& command, const std::string& topic) {
+                       return topic.empty() ? manPage(command) : std::string();
+                   });
     auto shell = std::make_shared<Shell>();
-    CLI::App* command =
-        root.add_subcommand("completion", "Print a script that lets a shell complete this program's words");
+    CLI::App* command = root.add_subcommand("completion", "Print a script of a shell's completion");
     addChoice<Shell>(*command, "SHELL", *shell, {{"bash", Shell::Bash}, {"zsh", Shell::Zsh}, {"fish", Shell::Fish}}, "",
                      "the shell")
         .required();
@@ -235,11 +231,11 @@ int runTool(CLI::App& root, Invocation& invocation, int argc, const char* const*
     try {
         const CommandState state = checkWords(root, words);
         if (state.help || state.version) {
-            report.text(state.help ? helpText(*state.command) : root.version());
+            report.text(state.help ? helpPage(*state.command, state.help_all) : root.version());
             report.flush();
             return int(ErrorCode::Ok);
         }
-        parse(root, invocation, plainWords(state));
+        parse(root, invocation, state);
     } catch (...) {
         return int(failWith(report, std::current_exception()));
     }
@@ -250,7 +246,8 @@ int runProgram(const Program& program, int argc, const char* const* argv)
 {
     holdClosedStreams();
     CLI::App root(program.description, program.name);
-    root.formatter(helpFormatter());
+    root.set_help_flag("-h,--help", "show the options that most need");
+    root.set_help_all_flag("--help-all", "show all options");
     root.require_subcommand(0, 1);
     root.set_version_flag("--version", program.version, program.version_help);
     if (!program.footer.empty())

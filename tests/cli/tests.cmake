@@ -40,6 +40,9 @@ if(TARGET gsc_commands)
                        ${cli_dir}/tables/${table}.txt)
       set_tests_properties(cli_table_${table} PROPERTIES LABELS "cpu;slow" TIMEOUT 1200)
     endforeach()
+    add_test(NAME check_options COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/check_options.py $<TARGET_FILE:gsc>
+                                        $<TARGET_FILE:gsc-play>)
+    set_tests_properties(check_options PROPERTIES LABELS cpu TIMEOUT 60)
   endif()
   # few threads and little memory, as a container has them
   if(TARGET gsc-play AND GSC_HAVE_ZSTD AND GSC_HAVE_WEBP AND NOT GSC_SANITIZE)

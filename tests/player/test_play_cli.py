@@ -297,7 +297,7 @@ class PlayCliTest(PlayTest):
 
     def test_help_of_detail(self) -> None:
         for command, plays in (((), True), (("bench",), True), (("live",), True), (("window",), False), (("xr",), False)):
-            text = " ".join(self.play(*command, "--help").stdout.split())
+            text = " ".join(self.play(*command, "--help-all").stdout.split())
             self.assertIn("--detail PIXELS", text)
             self.assertEqual("in no order" in text, plays, command)
 
@@ -455,7 +455,7 @@ class PlayCliTest(PlayTest):
             self.refused(*base[:3], "--backend", "cuda", code=1, says="not part of this build")
 
     def test_help_and_version(self) -> None:
-        text = self.play("--help").stdout
+        text = self.play("--help-all").stdout
         for word in ("--cameras", "--tier", "examples:", "exit codes:"):
             self.assertIn(word, text)
         version = self.play("--version").stdout

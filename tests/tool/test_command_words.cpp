@@ -23,14 +23,9 @@ std::string problem(const std::vector<std::string>& words)
     }
 }
 
-// CLI11 must read what was let through as it was understood.
-Tree& parsed(Tree& tree, std::vector<std::string> words)
+Tree& parsed(Tree& tree, const std::vector<std::string>& words)
 {
-    (void)checkWords(tree.app, words);
-    std::vector<const char*> argv = {"prog"};
-    for (const std::string& word : words)
-        argv.push_back(word.c_str());
-    tree.app.parse(int(argv.size()), argv.data());
+    giveWords(tree.app, checkWords(tree.app, words));
     return tree;
 }
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The manual page of every command: what man and whatis make of it, and that it tells what --help tells.
+"""The manual page of every command: what man and whatis make of it, and that it tells what --help-all tells.
 
 test_man.py PROGRAM...
 """
@@ -44,7 +44,7 @@ class Man(unittest.TestCase):
                 check(program, path, page)
 
     def check_told(self, program, path, page):
-        text = run(program, *path, "--help")
+        text = re.sub(r"\|\n {6}(?=\S)", "|", run(program, *path, "--help-all"))
         if footer := re.search(r"^\.SH NOTES\n\.nf\n(.*?)\n\.fi$", page, re.DOTALL | re.MULTILINE):
             notes = plain(footer[1])
             self.assertIn("\n" + notes, text)  # line for line

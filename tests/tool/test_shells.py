@@ -28,7 +28,7 @@ EXACTLY = [
     ("gsc sample r", {"room", "replicate"}),
     ("gsc help sam", {"sample"}),
     ("gsc help sample ci", {"city"}),
-    ("gsc help convert ", set()),
+    ("gsc help convert ", {"checkpoint", "file", "output"}),
     ("gsc man sample s", {"street"}),
     ("gsc completion ", {"bash", "zsh", "fish"}),
     ("gsc convert x --mem", {"--memory-budget"}),

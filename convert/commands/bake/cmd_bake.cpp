@@ -333,16 +333,20 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
                                           "camera files to look from instead of the cameras stored in the file");
     addFlag(command, "--ignore-distortion", bake.ignore_distortion,
             "take cameras that state lens distortion as pinholes instead of refusing them")
+        .rare()
         .needs(cameras);
     addChoice<CamerasTransform>(
         command, "--cameras-transform", bake.cameras_transform,
         {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}}, "default: keep, with a warning",
         "poses of a transforms.json with applied_transform: as they stand, or where they came from")
+        .rare()
         .needs(cameras);
     addInteger(command, "--most-pixels", bake.limits.most_pixels, 1000, 100'000'000, "N (default: 1000000)",
-               "most pixels of a picture that is drawn to judge; larger cameras are drawn smaller");
+               "most pixels of a picture that is drawn to judge; larger cameras are drawn smaller")
+        .rare();
     addTexts(command, "--levers", options->levers, "LEVER,...",
-             "changes that are allowed: slots, anchors, features, offsets, scales, networks, order (default: all)");
+             "changes that are allowed: slots, anchors, features, offsets, scales, networks, order (default: all)")
+        .rare();
     addFlag(command, "--compact", options->compact,
             "round features and offsets to steps that take 0.56 of the GPU memory, for models of 32 features; keeps "
             "about 60 dB");
@@ -358,18 +362,20 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
                "threads, 0 = all cores; the bytes do not depend on them, but may depend on the backend");
     addCheckpointOptions(command, options->checkpoint);
     addReporterOptions(command, invocation.reporter, true);
-    setFooter(
-        command,
-        "Half of the cameras say what slots and anchors are worth, a quarter of them how coarse values may be, and\n"
-        "a quarter, never looked from before, give the verdict; poses between neighbours join each of them. Exits\n"
-        "with 8 where the target cannot be kept, and writes nothing. `gsc archive` then packs the file.\n\n"
-        "examples:\n"
-        "  gsc bake city.gsc -o city50.gsc --target-psnr 50\n"
-        "  gsc bake output/room -o room.gsc --target-psnr 45 --min-view-psnr 40 --format json\n"
-        "  gsc bake city.gsc -o city55.gsc --target-psnr 55 --resume city55.state\n"
-        "  gsc bake city.gsc --crop -40,-40,-10,0,0,30 -o tile0.gsc\n"
-        "  gsc bake tile0.gsc tile1.gsc -o both.gsc\n"
-        "  gsc bake city.gsc --curve 60,55,50,45,40 -o city.jsonl && gsc chart city.jsonl -o city.html");
+    setFooter(command, "Half of the cameras say what slots and anchors are worth, a quarter of them how\n"
+                       "coarse values may be, and a quarter, never looked from before, give the verdict;\n"
+                       "poses between neighbours join each of them. Exits with 8 where the target cannot\n"
+                       "be kept, and writes nothing. `gsc archive` then packs the file.\n"
+                       "\n"
+                       "examples:\n"
+                       "  gsc bake city.gsc -o city50.gsc --target-psnr 50\n"
+                       "  gsc bake output/room -o room.gsc --target-psnr 45 --min-view-psnr 40 \\\n"
+                       "      --format json\n"
+                       "  gsc bake city.gsc -o city55.gsc --target-psnr 55 --resume city55.state\n"
+                       "  gsc bake city.gsc --crop -40,-40,-10,0,0,30 -o tile0.gsc\n"
+                       "  gsc bake tile0.gsc tile1.gsc -o both.gsc\n"
+                       "  gsc bake city.gsc --curve 60,55,50,45,40 -o city.jsonl && \\\n"
+                       "      gsc chart city.jsonl -o city.html");
     onParsed(command, invocation, options, runBake);
 }
 

@@ -119,19 +119,23 @@ void addRenderOptions(CLI::App& command, CompareOptions& options)
     const auto add = [&](OptionHandle option) { option.needs(render); };
     add(addText(command, "--golden", rendering.golden, "DIR",
                 "the trainer's own pictures: NAME.png and cameras.json (default: golden or test/ours_N/renders of the "
-                "model folder, where they are)"));
+                "model folder, where they are)")
+            .rare());
     const OptionHandle cameras = addText(command, "--cameras", rendering.cameras, "FILE.json|stored (default: stored)",
                                          "camera file, or those stored in FILE");
     add(cameras);
     add(addFlag(command, "--ignore-distortion", rendering.ignore_distortion,
-                "draw cameras that state lens distortion as pinholes instead of refusing them"));
+                "draw cameras that state lens distortion as pinholes instead of refusing them")
+            .rare());
     add(addChoice<CamerasTransform>(
             command, "--cameras-transform", rendering.cameras_transform,
             {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}}, "default: keep, with a warning",
             "poses of a transforms.json with applied_transform: as they stand, or where they came from")
+            .rare()
             .needs(cameras));
     add(addCount(command, "--views", rendering.views, 0, kMaxViews, "N (default: 3)",
-                 "cameras drawn against the reference, evenly spaced; 0 = all"));
+                 "cameras drawn against the reference, evenly spaced; 0 = all")
+            .rare());
     add(addNumber(command, "--min-psnr", rendering.min_psnr, {0, 1000}, " dB", "DB (default: 75)",
                   "least PSNR of a view; a lower one is a difference"));
     for (OptionHandle option : addLpipsOptions(command, rendering.lpips))
@@ -140,8 +144,8 @@ void addRenderOptions(CLI::App& command, CompareOptions& options)
                         "default: exact", "how FILE is rendered; the CPU renders fast as exact"));
     add(addChoice<ReferencePrecision>(command, "--reference", rendering.reference,
                                       {{"float", ReferencePrecision::Float}, {"double", ReferencePrecision::Double}},
-                                      "default: float",
-                                      "arithmetic of the reference: float rounds as the trainer does"));
+                                      "default: float", "arithmetic of the reference: float rounds as the trainer does")
+            .rare());
     add(addInteger(command, "-j,--threads", rendering.threads, 0, 4096, "N (default: 0)", "threads, 0 = all cores"));
 }
 
@@ -158,12 +162,12 @@ void addCompareCommand(CLI::App& app, Invocation& invocation)
     addRenderOptions(command, *options);
     addCheckpointOptions(command, options->checkpoint);
     addReporterOptions(command, invocation.reporter, true);
-    setFooter(command,
-              "Every attribute of every anchor, every weight and every camera is compared bit for bit. Exits with\n"
-              "8 if anything differs or a view is below --min-psnr.\n\n"
-              "examples:\n"
-              "  gsc compare output/city city.gsc\n"
-              "  gsc compare output/city city.gsc --render --views 5 --format json");
+    setFooter(command, "Every attribute of every anchor, every weight and every camera is compared bit\n"
+                       "for bit. Exits with 8 if anything differs or a view is below --min-psnr.\n"
+                       "\n"
+                       "examples:\n"
+                       "  gsc compare output/city city.gsc\n"
+                       "  gsc compare output/city city.gsc --render --views 5 --format json");
     onParsed(command, invocation, options, runCompare);
 }
 

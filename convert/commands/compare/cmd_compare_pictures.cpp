@@ -50,9 +50,11 @@ ErrorCode runComparePictures(const ComparePicturesOptions& options, Reporter& re
 std::array<OptionHandle, 2> addLpipsOptions(CLI::App& command, LpipsFiles& files)
 {
     const OptionHandle backbone = addText(command, "--lpips-backbone", files.backbone, "FILE.pth",
-                                          "VGG16 of torchvision, for LPIPS: vgg16-397923af.pth");
+                                          "VGG16 of torchvision, for LPIPS: vgg16-397923af.pth")
+                                      .rare();
     const OptionHandle heads = addText(command, "--lpips-heads", files.heads, "FILE.pth",
-                                       "heads of LPIPS v0.1 for VGG: vgg.pth of PerceptualSimilarity");
+                                       "heads of LPIPS v0.1 for VGG: vgg.pth of PerceptualSimilarity")
+                                   .rare();
     backbone.needs(heads);
     heads.needs(backbone);
     return {backbone, heads};
@@ -71,13 +73,13 @@ void addComparePicturesCommand(CLI::App& app, Invocation& invocation)
     addLpipsOptions(command, options->lpips);
     addInteger(command, "-j,--threads", options->threads, 0, 4096, "N (default: 0)", "threads of LPIPS, 0 = all cores");
     addReporterOptions(command, invocation.reporter, true);
-    setFooter(
-        command,
-        "Extensions may differ: an EXR is compared with a PNG of the same name. Exits with 8 if a picture is below\n"
-        "--min-psnr.\n\n"
-        "example:\n"
-        "  gsc-play city.gsc --tier exact --out 'exact/{name}.png' && gsc-play city.gsc --out 'fast/{name}.png'\n"
-        "  gsc compare-pictures exact fast --min-psnr 50");
+    setFooter(command, "Extensions may differ: an EXR is compared with a PNG of the same name. Exits\n"
+                       "with 8 if a picture is below --min-psnr.\n"
+                       "\n"
+                       "example:\n"
+                       "  gsc-play city.gsc --tier exact --out 'exact/{name}.png' && \\\n"
+                       "      gsc-play city.gsc --out 'fast/{name}.png'\n"
+                       "  gsc compare-pictures exact fast --min-psnr 50");
     onParsed(command, invocation, options, runComparePictures);
 }
 

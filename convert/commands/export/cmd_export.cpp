@@ -235,31 +235,37 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
         addInteger(command, "--sh", options->degree, 0, kMostShDegree, "0..3 (default: 3)",
                    "degree of the spherical harmonics that colours are fitted with");
         addText(command, "--at", gaussians.at, "CAMERA",
-                "name or number of a camera: export the Gaussians as that camera sees them, with colours of degree 0");
+                "name or number of a camera: export the Gaussians as that camera sees them, with colours of degree 0")
+            .rare();
         const OptionHandle cameras =
             addText(command, "--cameras", gaussians.cameras, "FILE.json|stored (default: stored)",
                     "cameras to fit over, every other one, at most 96; at most 12 of the rest tell what was lost");
         addFlag(command, "--ignore-distortion", gaussians.ignore_distortion,
-                "take cameras that state lens distortion as pinholes instead of refusing them");
+                "take cameras that state lens distortion as pinholes instead of refusing them")
+            .rare();
         addChoice<CamerasTransform>(
             command, "--cameras-transform", gaussians.cameras_transform,
             {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}}, "default: keep, with a warning",
             "poses of a transforms.json with applied_transform: as they stand, or where they came from")
+            .rare()
             .needs(cameras);
         addCount(command, "--max-gaussians", options->most, 1, UINT32_MAX, "N",
                  "keep the N Gaussians that may cover most of the cameras' pictures");
         addFlag(command, "--lod", gaussians.lod,
                 "write a folder of levels of detail in chunks, which a viewer streams (with --to sog)");
         addInteger(command, "--spz-version", options->spz_version, 3, 4, "3|4 (default: 3)",
-                   "version of an SPZ file: Spark 2.2 reads 3, PlayCanvas 2.23 reads 4");
+                   "version of an SPZ file: Spark 2.2 reads 3, PlayCanvas 2.23 reads 4")
+            .rare();
         addByteSize(command, "--memory-budget", gaussians.memory_budget, 1, "SIZE (default: half of memory)",
                     "most memory for Gaussians; only a PLY may hold more, and its loss is then not measured");
         addInteger(command, "-j,--threads", gaussians.threads, 0, 4096, "N (default: 0)", "threads, 0 = all cores");
     }
     addReporterOptions(command, invocation.reporter, true);
-    setFooter(command, "Other viewers have no networks: what depends on the view becomes spherical harmonics, and the\n"
-                       "report says what that lost against `exact`, on cameras that the fit did not use.\n"
-                       "A grid is a mask: its voxels are the cells that hold anchors, in the model's world space.\n\n"
+    setFooter(command, "Other viewers have no networks: what depends on the view becomes spherical\n"
+                       "harmonics, and the report says what that lost against `exact`, on cameras that\n"
+                       "the fit did not use. A grid is a mask: its voxels are the cells that hold\n"
+                       "anchors, in the model's world space.\n"
+                       "\n"
                        "examples:\n"
                        "  gsc export room.gsc --to ply -o room.ply\n"
                        "  gsc export room.gsc --to spz --sh 1 --max-gaussians 500K -o room.spz\n"

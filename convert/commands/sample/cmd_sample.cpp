@@ -86,7 +86,8 @@ void addSceneCommand(CLI::App& parent, Invocation& invocation, const char* name,
                            "trainer whose layout is written");
     addInteger(command, "--seed", options->seed, 0, kMaxSeed, "N (default: 1)", "same seed, same bytes");
     addFlag(command, "--everything-on", options->everything_on,
-            "feature bank, appearance, distances and level: every input upstream knows");
+            "feature bank, appearance, distances and level: every input upstream knows")
+        .rare();
     addReporterOptions(command, invocation.reporter, true);
     setFooter(command, formatString("example:\n  gsc sample %s --anchors 300k --model octree -o %s", name, name));
     onParsed(command, [options, name, &invocation] {
