@@ -238,7 +238,7 @@ std::string completions(const CLI::App& root, const std::vector<std::string>& wo
             if (below != nullptr && command.get_name() == "help")
                 for (const OptionGroup& group : groupsOf(*below))
                     if (topicOf(group).starts_with(last) &&
-                        std::ranges::any_of(group.options, [](const auto* option) { return isRare(*option); }))
+                        std::ranges::any_of(group.options, [](const auto* each) { return isRare(*each); }))
                         addLine(lines, topicOf(group), group.name);
         } else
             addValues(lines, *option, last, "");

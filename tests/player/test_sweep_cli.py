@@ -469,7 +469,7 @@ class SweepTest(unittest.TestCase):
             self.assertEqual(run.stdout, "")
         error = json.loads(self.stability("--format", "json", code=1).stdout)
         check_schema("error", error)
-        self.assertIn("--bound-p99", self.play("stability", "--help").stdout)
+        self.assertIn("--bound-p99", self.play("stability", "--help-all").stdout)
 
 
 if __name__ == "__main__":
