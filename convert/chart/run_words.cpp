@@ -99,17 +99,19 @@ std::string optionsToType(const RowConfig& config)
     };
     std::string text = "--tier " + config.tier;
     text += numberWords(" --detail %g", config.detail);
-    if (reuse.policy != "none")
+    if (reuse.policy != "none") {
         text += " --reuse " + reuse.policy;
-    text += numberWords(" --reuse-depth %.0f", double(reuse.max_depth), -1);
-    text += reuse.guidance.empty() ? "" : " --reuse-guidance " + reuse.guidance;
-    text += numberWords(" --reuse-bound %g", reuse.bound, -1);
-    text += count("--decode-budget", reuse.decode_budget) + count("--cache-budget", reuse.cache_budget);
+        text += numberWords(" --reuse-depth %.0f", double(reuse.max_depth), -1);
+        text += reuse.guidance.empty() ? "" : " --reuse-guidance " + reuse.guidance;
+        text += numberWords(" --reuse-bound %g", reuse.bound, -1);
+        text += count("--decode-budget", reuse.decode_budget) + count("--cache-budget", reuse.cache_budget);
+    }
     text += numberWords(" --lod-bias %g", config.lod_bias) + numberWords(" --lod-fade %g", config.lod_fade) +
             numberWords(" --lod-hysteresis %g", config.lod_hysteresis);
     if (config.fovea_pixels > 0)
         text += formatString(" --foveation fixed --fovea-pixels %g", config.fovea_pixels);
-    text += config.stereo == "exact" ? "" : " --stereo " + config.stereo;
+    if (config.eyes == 2)
+        text += " --eyes 2" + (config.stereo == "exact" ? "" : " --stereo " + config.stereo);
     return text + count("--threads", uint64_t(config.threads)) + count("--vram-budget", config.vram_budget);
 }
 

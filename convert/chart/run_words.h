@@ -16,8 +16,8 @@ std::vector<std::string> sceneWords(const ChartRun& row);
 // Words for what the run tries: reuse, tier, switches, budgets, another file. First the policy, never empty.
 std::vector<std::string> configWords(const ChartRun& row);
 
-// Options of gsc-play by which a frame is drawn as in the run, such as "--tier fast --detail 2"; cameras, size, eyes and
-// device are left to whoever types them.
+// Options of gsc-play by which a frame is drawn as in the run, such as "--tier fast --detail 2"; cameras, size and device
+// are left to whoever types them. Each is one that its program takes with the others.
 std::string optionsToType(const RowConfig& config);
 
 // Splits one list of words per row into those all rows share and the rest, joined by ", ". The first word always stays

@@ -55,9 +55,8 @@ struct Accuracy {
     // Changes of the run's own pictures, without a reference. motion: rms of the change of the picture. pop: by how
     // much the change of a square of 16 x 16 pixels is above its changes in the frame before and after, the largest of
     // the image. A square that moves evenly has no pop; one in which something appears at once has.
-    Changes motion, pop;
-    Changes
-        error_pop; // pop of the error image: in this run a square changes at once, and in the exact path it does not
+    // error_pop: the same of the error image, so of what changes at once in the run and not in the exact path.
+    Changes motion, pop, error_pop;
 
     std::optional<FoveaAccuracy> fovea; // none without foveation
 

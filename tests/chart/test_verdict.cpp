@@ -100,15 +100,18 @@ TEST_CASE("verdict: a sentence has the options to type, all that draw so and no 
     config["lod_fade"] = 0.25;
     config["lod_hysteresis"] = 0.125;
     config["fovea_pixels"] = 4;
+    config["eyes"] = 2;
     config["stereo"] = "merged";
     config["threads"] = 2;
     config["vram_budget"] = 8ULL << 30;
     CHECK(chartModel({parsed(run)})["panels"][0]["verdict"]["sentences"][0]["options"] ==
           "--tier fast --reuse error --reuse-bound 1.5 --decode-budget 4000 --cache-budget 1073741824 --lod-bias -0.5 "
-          "--lod-fade 0.25 --lod-hysteresis 0.125 --foveation fixed --fovea-pixels 4 --stereo merged --threads 2 "
+          "--lod-fade 0.25 --lod-hysteresis 0.125 --foveation fixed --fovea-pixels 4 --eyes 2 --stereo merged "
+          "--threads 2 "
           "--vram-budget 8589934592");
     json detail = runOf("none", 3, 72), depth = runOf("depth", 2, 40);
     detail["config"]["detail"] = 2;
+    detail["config"]["cache_budget"] = 4096; // of a command whose other runs reuse: refused without
     depth["config"]["max_depth"] = 10;
     depth["config"]["guidance"] = "linear";
     const auto model = chartModel({parsed(detail), parsed(depth)});
