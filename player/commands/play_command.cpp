@@ -76,9 +76,8 @@ void addOutputOptions(CLI::App& app, PlayOptions& options)
                           "default: 8", "bits per channel of a PNG")
         .rare();
     addText(app, "--stats", options.output.stats, "FILE.jsonl",
-            "times and counts: one JSON object per frame and line, time per stage, counts "
-            "(schemas/frame-stats.schema.json); - is standard "
-            "output");
+            "times of stages and counts: one JSON object per frame and line (schemas/frame-stats.schema.json); - is "
+            "standard output");
     addFlag(app, "-w,--overwrite", options.output.overwrite, "replace files that exist");
     addShard(app, options, "the frames", "--stats");
 }
