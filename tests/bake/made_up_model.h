@@ -39,7 +39,7 @@ struct MadeUpModel {
         return result;
     }
 
-    ScratchFolder folder;
+    TemporaryFolder folder;
 };
 
 } // namespace gsc::test

@@ -222,12 +222,12 @@ TEST_CASE("where a target cannot be kept nothing is written")
     BakeOptions options = model.options("none.gsc");
     options.target_psnr = 40;
     options.max_bytes = 1000;
-    const size_t before = model.folder.entries();
+    const size_t before = model.folder.names().size();
     CHECK(code(options) == ErrorCode::Difference);
     options.max_bytes = 0;
     options.min_view_psnr = 5000; // no pose is as good as that
     CHECK(code(options) == ErrorCode::Difference);
-    CHECK(model.folder.entries() == before);
+    CHECK(model.folder.names().size() == before);
 }
 
 TEST_CASE("a curve is what bakes one by one are, and a target that cannot be kept is left out of it")
@@ -269,7 +269,7 @@ TEST_CASE("a trained model keeps 45 dB in a fifth of its archive")
     for (const std::string& path : trainedModels()) {
         if (!path.ends_with("/fox_scaffold"))
             continue;
-        const ScratchFolder folder;
+        const TemporaryFolder folder;
         WriteOptions convert;
         convert.output = folder / "whole.gsc";
         convert.sensitivity = SensitivityMode::None;

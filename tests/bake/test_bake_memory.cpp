@@ -47,7 +47,7 @@ Memory memoryNow()
 // The most that a bake of so many anchors holds at the end of a picture.
 Memory mostOf(uint64_t anchors)
 {
-    const ScratchFolder folder;
+    const TemporaryFolder folder;
     REQUIRE(tryMake(sampleOptions(SampleScene::City, SampleModel::Scaffold, anchors, folder / "model")).code == 0);
     WriteOptions convert;
     convert.output = folder / "whole.gsc";

@@ -108,7 +108,7 @@ int scoresOf(const std::string& path)
 
 TEST_CASE("a bake's state: what is put in comes out")
 {
-    const ScratchFolder folder;
+    const TemporaryFolder folder;
     const std::string path = folder / "state";
     const std::string bytes = makeState(path);
     CHECK(scoresOf(path) == 2);
@@ -124,18 +124,18 @@ TEST_CASE("a bake's state: what is put in comes out")
     // a new importance has no scores yet
     state.write(kSizes, importanceOf(5));
     CHECK(std::filesystem::file_size(path) == bytes.size() - 2 * kRecord);
-    CHECK(folder.entries() == 1);
+    CHECK(folder.names().size() == 1);
     std::vector<std::string> warnings;
     removeBakeState(path, warnings);
     removeBakeState(path, warnings);
     removeBakeState("", warnings);
-    CHECK(folder.entries() == 0);
+    CHECK(folder.names().size() == 0);
     CHECK(warnings.empty());
 }
 
 TEST_CASE("a bake's state: a byte that changed is noticed, one that is missing is a score that was never kept")
 {
-    const ScratchFolder folder;
+    const TemporaryFolder folder;
     const std::string path = folder / "state";
     const std::string bytes = makeState(path);
     const size_t records = bytes.size() - 2 * kRecord;
@@ -172,7 +172,7 @@ TEST_CASE("a bake's state: a byte that changed is noticed, one that is missing i
 
 TEST_CASE("a bake's state: one bake has it at a time")
 {
-    const ScratchFolder folder;
+    const TemporaryFolder folder;
     const std::string path = folder / "state";
     const auto isRefused = [](const auto& action) {
         try {
@@ -189,7 +189,7 @@ TEST_CASE("a bake's state: one bake has it at a time")
         CHECK(isRefused(open)); // though there is nothing in it yet
         CHECK(std::filesystem::file_size(path) == 0);
     }
-    CHECK(folder.entries() == 0);
+    CHECK(folder.names().size() == 0);
     put(path, ""); // of a bake that was killed
     {
         BakeState first(path, kFacts, kMostPoses, 0);
@@ -215,7 +215,7 @@ TEST_CASE("a bake's state: one bake has it at a time")
 
 TEST_CASE("a bake's state: on a full disk it stays as it was")
 {
-    const ScratchFolder folder;
+    const TemporaryFolder folder;
     const std::string path = folder / "state";
     const std::string bytes = makeState(path);
     struct rlimit before {};
@@ -236,12 +236,12 @@ TEST_CASE("a bake's state: on a full disk it stays as it was")
     REQUIRE(::setrlimit(RLIMIT_FSIZE, &before) == 0);
     std::signal(SIGXFSZ, was);
     CHECK(readText(path) == bytes);
-    CHECK(folder.entries() == 1);
+    CHECK(folder.names().size() == 1);
 }
 
 TEST_CASE("a bake's state: files of weights are half a minute apart, and lie where a file can be")
 {
-    const ScratchFolder folder;
+    const TemporaryFolder folder;
     const Importance importance = importanceOf(1);
     CHECK(BakeState(folder / "state", kFacts, kMostPoses, 0).isDue(importance));
     CHECK(!BakeState(folder / "state", kFacts, kMostPoses, 30).isDue(importance));

@@ -43,7 +43,7 @@ struct Foreign {
         return options.output;
     }
 
-    ScratchFolder folder;
+    TemporaryFolder folder;
     std::unique_ptr<GscFile> file;
     GscView view;
 };

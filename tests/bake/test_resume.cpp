@@ -4,6 +4,7 @@
 #include "convert/bake/state/bake_state.h"
 #include <gsc/error.h>
 #include "tests/bake/made_up_model.h"
+#include "tests/support/outcome.h"
 
 #include <doctest/doctest.h>
 
@@ -24,16 +25,6 @@ BakeProgress stopAt(size_t n)
         if (++told == n)
             throw Error(ErrorCode::Interrupted, "stopped");
     };
-}
-
-ErrorCode codeOf(const std::function<void()>& work)
-{
-    try {
-        work();
-    } catch (const Error& error) {
-        return error.code();
-    }
-    return ErrorCode::Ok;
 }
 
 BakeOptions optionsOf(const MadeUpModel& model, const char* output)
@@ -61,13 +52,13 @@ TEST_CASE("a bake that is stopped again and again comes to the same file, and dr
         options.resume = model.folder / "state";
         std::optional<BakeReport> report;
         size_t stops = 0;
-        const size_t before = model.folder.entries();
+        const size_t before = model.folder.names().size();
         for (size_t pictures = 3; !report && stops < 40; pictures += 3) {
             const auto work = [&] { report = bake(options, stopAt(pictures)); };
-            if (codeOf(work) == ErrorCode::Ok)
+            if (outcomeOf(work).code == ErrorCode::Ok)
                 break;
             ++stops;
-            CHECK(model.folder.entries() == before + 1); // the state alone
+            CHECK(model.folder.names().size() == before + 1); // the state alone
         }
         REQUIRE(report);
         CHECK(stops >= 4); // in the middle of the weights, between them and the search, in it
@@ -92,7 +83,7 @@ TEST_CASE("a bake that was stopped while it wrote draws nothing again, on any nu
     options.output = model.folder / "stopped.gsc";
     options.resume = model.folder / "state";
     options.max_bytes = 1; // is found out when all is written
-    CHECK(codeOf([&] { (void)bake(options, {}); }) == ErrorCode::Difference);
+    CHECK(outcomeOf([&] { (void)bake(options, {}); }).code == ErrorCode::Difference);
     CHECK(std::filesystem::exists(options.resume));
     options.max_bytes = 0;
     options.threads = 1;
@@ -111,7 +102,7 @@ TEST_CASE("a curve that was stopped goes on, and its state stays until it is wri
     const Curve never = bakeCurve(options, targets, model.folder / "scratch.gsc", {});
     options.resume = model.folder / "state";
     const auto work = [&] { (void)bakeCurve(options, targets, model.folder / "scratch.gsc", stopAt(120)); };
-    CHECK(codeOf(work) == ErrorCode::Interrupted);
+    CHECK(outcomeOf(work).code == ErrorCode::Interrupted);
     const Curve curve = bakeCurve(options, targets, model.folder / "scratch.gsc", {});
     CHECK(curve.pictures_kept > options.limits.weights + 20);
     REQUIRE(curve.points.size() == never.points.size());
@@ -129,7 +120,7 @@ TEST_CASE("what another bake has kept is refused, says of what it is and stays")
     const MadeUpModel model, other(SampleScene::Street);
     BakeOptions options = optionsOf(model, "baked.gsc");
     options.resume = model.folder / "state";
-    REQUIRE(codeOf([&] { (void)bake(options, stopAt(14)); }) == ErrorCode::Interrupted);
+    REQUIRE(outcomeOf([&] { (void)bake(options, stopAt(14)); }).code == ErrorCode::Interrupted);
     const std::string kept = readText(options.resume);
     const auto refused = [&](const BakeOptions& changed, const std::string& says) {
         CAPTURE(says);
@@ -164,7 +155,9 @@ TEST_CASE("what another bake has kept is refused, says of what it is and stays")
     changed = options;
     changed.input = other.whole();
     refused(changed, "(model: ");
-    CHECK(codeOf([&] { (void)bakeCurve(options, {40, 50}, model.folder / "s.gsc", {}); }) == ErrorCode::InvalidFile);
+    CHECK(outcomeOf([&] {
+              (void)bakeCurve(options, {40, 50}, model.folder / "s.gsc", {});
+          }).code == ErrorCode::InvalidFile);
     // what changes no measurement may change
     changed = options;
     changed.threads = 1;

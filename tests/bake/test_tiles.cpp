@@ -58,19 +58,19 @@ struct Model {
         return joinTiles(options, {});
     }
 
-    ScratchFolder folder;
+    TemporaryFolder folder;
 };
 
 // Message of the Error that joining them throws; empty if they were joined.
 std::string refusal(const Model& model, const std::vector<std::string>& names, ErrorCode expected,
                     const std::optional<CropBox>& crop = {})
 {
-    const size_t before = model.folder.entries();
+    const size_t before = model.folder.names().size();
     try {
         (void)model.join(names, "refused.gsc", crop);
     } catch (const Error& error) {
         CHECK(error.code() == expected);
-        CHECK(model.folder.entries() == before);
+        CHECK(model.folder.names().size() == before);
         return error.what();
     }
     return "";

@@ -34,6 +34,13 @@ std::vector<Mutation> sensitivityMutations();
 std::vector<Mutation> cameraMutations();
 std::vector<Mutation> payloadMutations();
 
+inline TinyGscOptions octree()
+{
+    TinyGscOptions options;
+    options.levels = 2;
+    return options;
+}
+
 // The file a mutation makes.
 Bytes mutate(const Mutation& mutation);
 

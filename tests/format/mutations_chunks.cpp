@@ -41,13 +41,6 @@ TinyGscOptions oneChunk()
     return o;
 }
 
-TinyGscOptions octree()
-{
-    TinyGscOptions o;
-    o.levels = 2;
-    return o;
-}
-
 std::vector<Mutation> chunkRecordMutations()
 {
     using namespace issue;

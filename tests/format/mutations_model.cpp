@@ -29,13 +29,6 @@ std::function<void(Bytes&)> grid(size_t offset, T value)
     return [=](Bytes& f) { std::memcpy(section(f, kSectionNanoVdb).data() + offset, &value, sizeof(value)); };
 }
 
-TinyGscOptions octree()
-{
-    TinyGscOptions o;
-    o.levels = 2;
-    return o;
-}
-
 std::vector<Mutation> manifestMutations()
 {
     const auto text = [](std::string manifest) {

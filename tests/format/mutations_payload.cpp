@@ -83,13 +83,6 @@ std::function<void(Bytes&)> compactBut(ChunkArray random)
     };
 }
 
-TinyGscOptions octree()
-{
-    TinyGscOptions o;
-    o.levels = 2;
-    return o;
-}
-
 TinyGscOptions floats()
 {
     TinyGscOptions o;

@@ -8,7 +8,7 @@
 #include <gsc/error.h>
 #include <gsc/gsc_file.h>
 #include <gsc/gsc_issues.h>
-#include "tests/format/scratch_dir.h"
+#include "tests/support/temporary_folder.h"
 
 #include <doctest/doctest.h>
 
@@ -106,7 +106,7 @@ void changeStream(std::span<std::byte> archive, uint32_t type, const std::functi
 
 TEST_CASE("an archive of every kind of file gives its bytes back")
 {
-    const ScratchDir folder;
+    const TemporaryFolder folder;
     size_t number = 0;
     for (const TinyGscOptions& options : variants()) {
         CAPTURE(++number);
@@ -125,7 +125,7 @@ TEST_CASE("an archive of every kind of file gives its bytes back")
 
 TEST_CASE("what a bake does not write is kept too")
 {
-    const ScratchDir folder;
+    const TemporaryFolder folder;
     Bytes file = tinyGsc();
     // two anchors that change places, bytes between arrays, an index that is none: the index check lets them pass
     std::swap(payloadArray<uint32_t>(file, 0, ChunkArray::SourceIndex)[0],
@@ -140,7 +140,7 @@ TEST_CASE("what a bake does not write is kept too")
 
 TEST_CASE("a chunk that is stored raw is still in the index")
 {
-    const ScratchDir folder;
+    const TemporaryFolder folder;
     for (const bool floats : {false, true}) {
         TinyGscOptions options;
         options.float_positions = floats;
@@ -157,7 +157,7 @@ TEST_CASE("a chunk that is stored raw is still in the index")
 
 TEST_CASE("a file of either profile opens the same")
 {
-    const ScratchDir folder;
+    const TemporaryFolder folder;
     const Bytes file = tinyGsc();
     archiveOf(file, folder.path().string());
     const std::string path = folder / "tiny_archive.gsc";
@@ -237,7 +237,7 @@ TEST_CASE("planes are joined to what was split")
 
 TEST_CASE("no changed byte of an archive passes")
 {
-    const ScratchDir folder;
+    const TemporaryFolder folder;
     TinyGscOptions small;
     small.anchors = 60;
     const Bytes file = tinyGsc(small);
@@ -256,7 +256,7 @@ TEST_CASE("what an archive claims is checked before anything is taken")
 {
     using namespace issue;
     using Ids = std::set<uint16_t>;
-    const ScratchDir folder;
+    const TemporaryFolder folder;
     const Bytes a = archiveOf(tinyGsc(), folder.path().string());
     const auto edit = [&](uint32_t type, const std::function<void(ArchivePart&)>& change) {
         return found(a, [&](Bytes& b) { change(partOf(b, type)); });

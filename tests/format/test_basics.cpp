@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Mapping, checksum, bounds-checked bytes, the arithmetic of the layout header.
 #include "tests/format/mutation.h"
-#include "tests/format/scratch_dir.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gsc/byte_view.h>
 #include <gsc/checksum.h>
@@ -33,7 +33,7 @@ TEST_CASE("an error says its message in UTF-8 without control characters")
 
 TEST_CASE("MappedFile maps what is there and refuses what is no file")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     std::ofstream(dir / "empty");
     CHECK(MappedFile(dir / "empty").bytes().empty());
     std::ofstream(dir / "five") << "12345";
@@ -193,7 +193,7 @@ TEST_CASE("utf8Prefix stops at the first byte that is not UTF-8")
 
 TEST_CASE("an output that is an input or another output is refused, under any name")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     std::ofstream(dir / "model") << "1";
     std::filesystem::create_symlink("model", dir / "symbolic");
     std::filesystem::create_hard_link(dir / "model", dir / "hard");

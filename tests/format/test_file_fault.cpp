@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A mapped file that is cut short, and one that there is no room for.
-#include "tests/format/in_child.h"
-#include "tests/format/scratch_dir.h"
+#include "tests/support/in_child.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gsc/error.h>
 #include <gsc/file/file_fault.h>
@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 
 TEST_CASE("a mapped file that is cut short ends the program with its name, on any thread, and leaves no temporary")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     const std::string path = dir / "a\"\xff.gsc";
     struct Form {
         bool json, events;
@@ -89,7 +89,7 @@ TEST_CASE("any other SIGBUS gets its default action")
               ::raise(SIGBUS);
               return 0;
           }) == -SIGBUS);
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     std::ofstream(dir / "a") << std::string(100'000, 'x');
     CHECK(inChild([&] {
               std::signal(SIGBUS, SIG_DFL);
@@ -105,7 +105,7 @@ TEST_CASE("any other SIGBUS gets its default action")
 #ifndef GSC_TEST_ASAN // which needs more address space than the limit leaves
 TEST_CASE("no address space for a file is OutOfMemory")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     std::ofstream(dir / "a") << 1;
     fs::resize_file(dir / "a", uintmax_t(1) << 40); // sparse
     CHECK(inChild([&] {

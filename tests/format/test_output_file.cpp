@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Promises of every output: links, modes, leftovers of killed programs, lines that stay whole.
-#include "tests/format/in_child.h"
-#include "tests/format/scratch_dir.h"
+#include "tests/support/in_child.h"
+#include "tests/support/outcome.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gsc/error.h>
 #include <gsc/file/output_file.h>
@@ -40,21 +41,6 @@ std::string textOf(const std::string& path)
     return text.str();
 }
 
-struct Outcome {
-    ErrorCode code = ErrorCode::Ok;
-    std::string message;
-};
-
-Outcome outcomeOf(const std::function<void()>& action)
-{
-    try {
-        action();
-    } catch (const Error& e) {
-        return {e.code(), e.what()};
-    }
-    return {};
-}
-
 Outcome tryWrite(const std::string& path, OutputKind kind = OutputKind::Text, bool overwrite = true)
 {
     return outcomeOf([&] {
@@ -80,7 +66,7 @@ mode_t modeOf(const std::string& path)
 
 TEST_CASE("a link is written through: absolute, relative, in a chain, to nothing yet")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     fs::create_directories(dir / "data/deep");
     std::ofstream(dir / "data/old") << "old";
     fs::create_symlink(dir / "data/old", dir / "absolute");
@@ -103,7 +89,7 @@ TEST_CASE("a link is written through: absolute, relative, in a chain, to nothing
 
 TEST_CASE("what cannot be a file is refused with its name, and nothing is left")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     fs::create_directory(dir / "folder");
     REQUIRE(::mkfifo((dir / "pipe").c_str(), 0600) == 0);
     fs::create_symlink("loop", dir / "loop");
@@ -154,7 +140,7 @@ TEST_CASE("what cannot be a file is refused with its name, and nothing is left")
 
 TEST_CASE("a descriptor that is redirected to a file is refused all the same")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     const int fd = ::open((dir / "target").c_str(), O_WRONLY | O_CREAT, 0600);
     REQUIRE(fd >= 0);
     CHECK(tryWrite("/proc/self/fd/" + std::to_string(fd)).code == ErrorCode::Io);
@@ -165,7 +151,7 @@ TEST_CASE("a descriptor that is redirected to a file is refused all the same")
 
 TEST_CASE("a folder that may not be written is an error before any work")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     fs::create_directory(dir / "closed");
     fs::create_symlink("closed/a", dir / "link");
     fs::permissions(dir / "closed", fs::perms(0555));
@@ -186,7 +172,7 @@ TEST_CASE("a folder that may not be written is an error before any work")
 
 TEST_CASE("names of any bytes and of the greatest length work")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     for (const std::string& name :
          {std::string("\xff\x80 \n.gsc"), std::string(255, 'n'), std::string("-"), std::string("..dots")}) {
         CHECK(tryWrite(dir / name, OutputKind::Binary, false).code == ErrorCode::Ok);
@@ -217,7 +203,7 @@ TEST_CASE("a line for standard output goes there")
 TEST_CASE("no descriptor stays open")
 {
     const auto opened = [] { return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator()); };
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     const auto before = opened();
     for (int i = 0; i < 8; ++i) {
         CHECK(tryWrite(dir / "a").code == ErrorCode::Ok);
@@ -233,7 +219,7 @@ TEST_CASE("no descriptor stays open")
 
 TEST_CASE("a new file follows the umask, one that is replaced keeps its bits")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     const mode_t mask = ::umask(027);
     CHECK(tryWrite(dir / "new").code == ErrorCode::Ok);
     CHECK(modeOf(dir / "new") == 0640);
@@ -252,7 +238,7 @@ TEST_CASE("a new file follows the umask, one that is replaced keeps its bits")
 
 TEST_CASE("a file of somebody else keeps its group where it can, and else gives no group anything")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     fs::permissions(dir.path(), fs::perms::all);
     const std::string path = dir / "shared";
     if (::geteuid() != 0) // who alone can make such a file
@@ -289,7 +275,7 @@ TEST_CASE("a file of somebody else keeps its group where it can, and else gives 
 
 TEST_CASE("a text replaces another only where it may")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     writeTextFile(dir / "a", "old", false);
     const Outcome outcome = outcomeOf([&] { writeTextFile(dir / "a", "new", false); });
     CHECK(outcome.code == ErrorCode::Io);
@@ -307,7 +293,7 @@ TEST_CASE("a mount point says what it is")
                                     "another name") != std::string::npos;
     };
     CHECK(says("x", outcomeOf([] { failOutput("x", "cannot rename the finished file", EBUSY); })));
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     std::ofstream(dir / "from") << "old";
     std::ofstream(dir / "to") << "old";
     CHECK(inChild([&] {
@@ -322,7 +308,7 @@ TEST_CASE("a mount point says what it is")
 
 TEST_CASE("what a killed program left is removed by the next writer, what is anybody's is not")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     const std::string target = dir / "a.gsc";
     // killed while it wrote a file and a folder
     CHECK(inChild([&] {
@@ -355,7 +341,7 @@ TEST_CASE("what a killed program left is removed by the next writer, what is any
 
 TEST_CASE("many programs write the same name at once: each comes to its end and one of them wins")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     std::vector<pid_t> children;
     for (int i = 0; i < 8; ++i) {
         const pid_t child = ::fork();
@@ -386,7 +372,7 @@ TEST_CASE("many programs write the same name at once: each comes to its end and 
 
 TEST_CASE("files of a set appear together or not at all")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     {
         OutputFiles files(false);
         files.makeFolder(dir / "made");
@@ -406,7 +392,7 @@ TEST_CASE("files of a set appear together or not at all")
 
 TEST_CASE("a line is added to whole lines, through a link, and a half-written last one is cut off")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     fs::create_symlink("rows", dir / "link");
     constexpr std::string_view kStart = "{\"row\":";
     appendLine(dir / "link", "{\"row\":1}", kStart, endsInBrace);
@@ -429,7 +415,7 @@ TEST_CASE("a line is added to whole lines, through a link, and a half-written la
 
 TEST_CASE("a whole last line that lacks its end alone is kept, also where the disk is full")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     constexpr std::string_view kStart = "{\"row\":";
     for (const std::string before : {"", "{\"row\":0}\n"}) {
         const std::string whole = before + "{\"row\":1}";
@@ -448,7 +434,7 @@ TEST_CASE("a whole last line that lacks its end alone is kept, also where the di
 
 TEST_CASE("lines of many programs do not mix, and a full disk costs no line")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     std::vector<pid_t> children;
     for (int i = 0; i < 4; ++i)
         if (const pid_t child = ::fork(); child == 0) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The codec of values on power-of-two steps: what it takes comes back bit for bit, what it does not take it leaves alone, and
 // no stored byte is trusted.
-#include "tests/format/scratch_dir.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/format/tiny_archive.h"
 
 #include "format/archive/archive.h"
@@ -160,7 +160,7 @@ TEST_CASE("steps below the least normal number are refused")
 
 TEST_CASE("an archive takes steps where they are smaller, and gives masked slots back")
 {
-    const ScratchDir folder;
+    const TemporaryFolder folder;
     TinyGscOptions options;
     options.anchors = 2000;
     const Bytes file = tinyStepsGsc(options);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The writer: the bytes it promises, and nothing left behind when it cannot keep the promise.
-#include "tests/format/in_child.h"
+#include "tests/support/in_child.h"
 #include "tests/format/mutation.h"
-#include "tests/format/scratch_dir.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gsc/error.h>
 #include <gsc/gsc_writer.h>
@@ -77,7 +77,7 @@ bool mountSmallDisk(const std::filesystem::path& where)
 
 TEST_CASE("writer and in-memory builder agree to the byte")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     TinyGscOptions options;
     options.levels = 2;
     options.appearance_dim = 4;
@@ -95,7 +95,7 @@ TEST_CASE("writer and in-memory builder agree to the byte")
 
 TEST_CASE("an existing file is refused before any work, and replaced only on demand")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     std::ofstream(dir / "a.gsc") << "precious";
     std::string message;
     CHECK(codeOf([&] { GscWriter(dir / "a.gsc", false); }, &message) == ErrorCode::Io);
@@ -116,7 +116,7 @@ TEST_CASE("an existing file is refused before any work, and replaced only on dem
 
 TEST_CASE("a file that appears while writing is not replaced")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     Bytes file = tinyGsc();
     GscWriter writer(dir / "a.gsc", false);
     std::ofstream(dir / "a.gsc") << "precious";
@@ -126,7 +126,7 @@ TEST_CASE("a file that appears while writing is not replaced")
 
 TEST_CASE("targets that cannot be files are refused")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     CHECK(codeOf([&] { GscWriter(dir.path().string(), true); }) == ErrorCode::Io);
     CHECK(codeOf([&] { GscWriter(dir / "absent/a.gsc", false); }) == ErrorCode::Io);
     CHECK(codeOf([&] { GscWriter("/dev/null", true); }) == ErrorCode::Io);
@@ -135,7 +135,7 @@ TEST_CASE("targets that cannot be files are refused")
 
 TEST_CASE("an exception leaves nothing behind")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     Bytes file = tinyGsc();
     CHECK_THROWS([&] {
         GscWriter writer(dir / "a.gsc", false);
@@ -147,7 +147,7 @@ TEST_CASE("an exception leaves nothing behind")
 
 TEST_CASE("ANCH reads back what was written and zeros elsewhere, from many threads")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     GscWriter writer(dir / "a.gsc", false);
     constexpr uint64_t kBlock = 10'000, kBlocks = 64;
     writer.reserveAnchors(kBlock * kBlocks);
@@ -173,7 +173,7 @@ TEST_CASE("ANCH reads back what was written and zeros elsewhere, from many threa
 
 TEST_CASE("a write that the system cuts short is an Io error and leaves nothing")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     const auto limited = [&](const std::function<void(GscWriter&)>& work) {
         return inChild([&] {
             ::signal(SIGXFSZ, SIG_IGN);
@@ -197,7 +197,7 @@ TEST_CASE("a write that the system cuts short is an Io error and leaves nothing"
 
 TEST_CASE("a full disk is an Io error and leaves nothing")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     const auto onSmallDisk = [&](const std::function<void(GscWriter&)>& work) {
         return inChild([&] {
             if (!mountSmallDisk(dir.path()))
@@ -228,7 +228,7 @@ TEST_CASE("a full disk is an Io error and leaves nothing")
 
 TEST_CASE("sections in the wrong order are a bug of the caller")
 {
-    const ScratchDir dir;
+    const TemporaryFolder dir;
     GscWriter writer(dir / "a.gsc", false);
     writer.addSection(kSectionMeta, {}, 0);
     CHECK(codeOf([&] { writer.reserveAnchors(0); }) == ErrorCode::Internal);

@@ -14,20 +14,6 @@ namespace gsc::test {
 
 namespace fs = std::filesystem;
 
-TemporaryFolder::TemporaryFolder()
-{
-    std::string pattern = (fs::temp_directory_path() / "gsc_input_XXXXXX").string();
-    if (!::mkdtemp(pattern.data()))
-        throw std::runtime_error("no temporary folder");
-    m_path = pattern;
-}
-
-TemporaryFolder::~TemporaryFolder()
-{
-    std::error_code error;
-    fs::remove_all(m_path, error);
-}
-
 void writeFile(const fs::path& path, const std::string& text)
 {
     fs::create_directories(path.parent_path());
@@ -187,16 +173,6 @@ fs::path writeModel(const fs::path& root, const ModelSpec& spec)
     if (!spec.cfg_args.empty())
         writeFile(root / "cfg_args", spec.cfg_args);
     return folder;
-}
-
-Outcome outcomeOf(const std::function<void()>& action)
-{
-    try {
-        action();
-    } catch (const Error& error) {
-        return {error.code(), error.what()};
-    }
-    return {};
 }
 
 } // namespace gsc::test

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small models of every family, written to a folder that is removed again.
+// Small models of every family, written to a folder.
 #pragma once
 
 #include "convert/input/checkpoint.h"
-#include <gsc/error.h>
+#include "tests/support/outcome.h"
+#include "tests/support/temporary_folder.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
@@ -12,20 +14,6 @@
 #include <vector>
 
 namespace gsc::test {
-
-// An empty folder below the system's temporary folder.
-class TemporaryFolder {
-public:
-    TemporaryFolder();
-    ~TemporaryFolder();
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-    [[nodiscard]] const std::filesystem::path& path() const { return m_path; }
-
-private:
-    std::filesystem::path m_path;
-};
 
 void writeFile(const std::filesystem::path& path, const std::string& text);
 void writeFile(const std::filesystem::path& path, const std::vector<std::byte>& bytes);
@@ -82,12 +70,15 @@ struct ModelSpec {
 // Returns the iteration folder.
 std::filesystem::path writeModel(const std::filesystem::path& root, const ModelSpec& spec);
 
-// The code and message of the Error that `action` throws; Ok and "" if it throws none.
-struct Outcome {
-    ErrorCode code = ErrorCode::Ok;
-    std::string message;
-    [[nodiscard]] bool says(const std::string& text) const { return message.find(text) != std::string::npos; }
-};
-Outcome outcomeOf(const std::function<void()>& action);
+inline Checkpoint read(const std::filesystem::path& path, const CheckpointOptions& options = {})
+{
+    return readCheckpoint(path.string(), options);
+}
+
+inline bool warns(const Checkpoint& checkpoint, const std::string& text)
+{
+    return std::any_of(checkpoint.warnings.begin(), checkpoint.warnings.end(),
+                       [&](const std::string& warning) { return warning.find(text) != std::string::npos; });
+}
 
 } // namespace gsc::test

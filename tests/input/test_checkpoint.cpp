@@ -14,17 +14,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Checkpoint read(const fs::path& path, const CheckpointOptions& options = {})
-{
-    return readCheckpoint(path.string(), options);
-}
-
-bool warns(const Checkpoint& checkpoint, const std::string& text)
-{
-    return std::any_of(checkpoint.warnings.begin(), checkpoint.warnings.end(),
-                       [&](const std::string& warning) { return warning.find(text) != std::string::npos; });
-}
-
 void removeWeights(const fs::path& folder)
 {
     for (const char* name :

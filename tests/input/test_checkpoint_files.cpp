@@ -12,21 +12,6 @@ using namespace gsc::test;
 
 namespace fs = std::filesystem;
 
-namespace {
-
-Checkpoint read(const fs::path& path, const CheckpointOptions& options = {})
-{
-    return readCheckpoint(path.string(), options);
-}
-
-bool warns(const Checkpoint& checkpoint, const std::string& text)
-{
-    return std::any_of(checkpoint.warnings.begin(), checkpoint.warnings.end(),
-                       [&](const std::string& warning) { return warning.find(text) != std::string::npos; });
-}
-
-} // namespace
-
 TEST_CASE("checkpoint: every way to name a model finds the same files")
 {
     const TemporaryFolder folder;

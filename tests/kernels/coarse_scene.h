@@ -40,13 +40,7 @@ inline std::unique_ptr<SyntheticModel> coarseModel(SyntheticOptions options)
 
 inline std::unique_ptr<SyntheticModel> coarseModel(LevelRule rule = LevelRule::None)
 {
-    SyntheticOptions options;
-    if (rule != LevelRule::None) {
-        options.levels = 4;
-        options.level_rule = rule;
-        options.flags = kModelHasLevels | kModelLodHalfCell;
-    }
-    return coarseModel(options);
+    return coarseModel(octree(rule));
 }
 
 // Every input of the networks, other positions and rules, and slots that are masked.
@@ -82,11 +76,6 @@ inline FrameOptions detailed(float detail, Tier tier)
     options.detail = detail;
     options.background[1] = 0.2f;
     return options;
-}
-
-inline bool sameBytes(const std::vector<float>& a, const std::vector<float>& b)
-{
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
 inline uint64_t coarseGroups(const CoarseCounts& counts)

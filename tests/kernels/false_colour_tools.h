@@ -72,11 +72,6 @@ inline void checkCost(Renderer& renderer, const std::vector<EyeParams>& eyes, Fr
     }
 }
 
-inline bool sameBits(const std::vector<float>& a, const std::vector<float>& b)
-{
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
-}
-
 // One renderer shows pictures alone, the other views between them; the pictures are the same.
 inline void checkSwitching(Renderer& plain, Renderer& switching, const FrameOptions& options, int frames = 8)
 {
@@ -87,7 +82,7 @@ inline void checkSwitching(Renderer& plain, Renderer& switching, const FrameOpti
         const auto expected = render(plain, walk(i, 2), options), actual = render(switching, walk(i, 2), other);
         for (size_t e = 0; e < 2; ++e) {
             const EyeCounts &a = expected[e].result.eyes[e], &b = actual[e].result.eyes[e];
-            CHECK(sameBits(expected[e].pixels, actual[e].pixels) == (other.view == FrameView::Picture));
+            CHECK(sameBytes(expected[e].pixels, actual[e].pixels) == (other.view == FrameView::Picture));
             CHECK(a.anchors_decoded == b.anchors_decoded);
             CHECK(a.anchors_reused == b.anchors_reused);
             CHECK(a.gaussians_visible == b.gaussians_visible);

@@ -20,10 +20,6 @@ constexpr uint32_t kManyAnchors = 24;
 // The CUDA backend, made once; throws where there is none (the executable has left by then).
 Renderer& cudaRenderer();
 
-EyeParams eyeAt(float x, float z, uint32_t width, uint32_t height);    // looks at the middle
-EyeParams eyeAhead(float x, float z, uint32_t width, uint32_t height); // looks along z, as do all of these
-FrameOptions onGrey(Tier tier);
-
 // Everything a frame must hold on the GPU: exact against the scalar reference, fast against exact, the same bytes from
 // two runs. One check per property, so that a failure says which. `exact_db`: the least that exact must reach.
 void checkFrame(const ModelView& model, const std::vector<EyeParams>& eyes, FrameOptions options, double exact_db = 90);

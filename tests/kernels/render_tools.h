@@ -34,6 +34,25 @@ inline std::vector<Image<float>> render(Renderer& backend, const std::vector<Eye
     return images;
 }
 
+inline bool sameBytes(const std::vector<float>& a, const std::vector<float>& b)
+{
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+inline bool sameBytes(const std::vector<Image<float>>& a, const std::vector<Image<float>>& b)
+{
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [](const auto& one, const auto& other) { return sameBytes(one.pixels, other.pixels); });
+}
+
+inline FrameOptions onGrey(Tier tier = Tier::Fast)
+{
+    FrameOptions options;
+    options.tier = tier;
+    options.background[0] = options.background[1] = options.background[2] = 0.5f;
+    return options;
+}
+
 // Depths of the eyes' pixels; -7 where none was written. `pictures` takes what is drawn beside them.
 inline std::vector<std::vector<float>> renderDepths(Renderer& renderer, const std::vector<EyeParams>& eyes,
                                                     const FrameOptions& options,

@@ -13,15 +13,7 @@ namespace gsc::test {
 
 inline SyntheticOptions modelOptions(LevelRule rule = LevelRule::None)
 {
-    SyntheticOptions options;
-    options.anchors = 1200;
-    options.seed = 7;
-    if (rule != LevelRule::None) {
-        options.levels = 4;
-        options.level_rule = rule;
-        options.flags = kModelHasLevels | kModelLodHalfCell;
-    }
-    return options;
+    return octree(rule, 1200, 7);
 }
 
 // Frame `i` of a walk round the model, eyes `apart` world units from each other.

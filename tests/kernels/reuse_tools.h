@@ -28,11 +28,6 @@ inline std::unique_ptr<Renderer> open(const ModelView& model, const char* name =
     return backend;
 }
 
-inline bool sameBytes(const std::vector<float>& a, const std::vector<float>& b)
-{
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
-}
-
 // That `options` draws over a walk what no reuse does, but for the half precision of the entries.
 inline void checkLikeNone(const ModelView& model, const FrameOptions& options, size_t eye_count, int frames = 4)
 {

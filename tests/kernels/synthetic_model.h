@@ -42,6 +42,20 @@ struct SyntheticOptions {
     uint32_t seed = 1;
 };
 
+// A model with four levels, with rule None one without; seed 0 = a seed for each rule.
+inline SyntheticOptions octree(LevelRule rule, uint32_t anchors = 1500, uint32_t seed = 0)
+{
+    SyntheticOptions options;
+    options.anchors = anchors;
+    options.seed = seed != 0 ? seed : 40 + uint32_t(rule);
+    if (rule != LevelRule::None) {
+        options.levels = 4;
+        options.level_rule = rule;
+        options.flags = kModelHasLevels | kModelLodHalfCell;
+    }
+    return options;
+}
+
 // Uniform in [0, 1) from the top bits of an mt19937 draw: the same on every standard library.
 class Random {
 public:
@@ -85,6 +99,8 @@ private:
 
 // An eye at `position` that looks at `target`, y down the image.
 EyeParams lookAt(const float* position, const float* target, float fov_y, uint32_t width, uint32_t height);
+EyeParams eyeAt(float x, float z, uint32_t width, uint32_t height);    // looks at the middle
+EyeParams eyeAhead(float x, float z, uint32_t width, uint32_t height); // looks along z, as do all of these
 // An eye in [-reach, reach]^3 that looks at a point near the middle; its opening and its image are random too.
 EyeParams randomEye(Random& random, float reach);
 EyeParams64 widen(const EyeParams& eye);

@@ -190,6 +190,18 @@ EyeParams lookAt(const float* position, const float* target, float fov_y, uint32
     return eye;
 }
 
+EyeParams eyeAt(float x, float z, uint32_t width, uint32_t height)
+{
+    const float position[3] = {x, 0.3f, z}, target[3] = {0.1f, -0.2f, 0.3f};
+    return lookAt(position, target, 1.1f, width, height);
+}
+
+EyeParams eyeAhead(float x, float z, uint32_t width, uint32_t height)
+{
+    const float position[3] = {x, 0.3f, z}, target[3] = {x, 0.25f, z + 1};
+    return lookAt(position, target, 1.1f, width, height);
+}
+
 EyeParams offCentre(EyeParams eye, float tan_mid_x, float tan_mid_y)
 {
     eye.tan_mid_x = tan_mid_x;

@@ -15,14 +15,7 @@ TEST_CASE("100 km away, both tiers draw the pictures of the origin, with levels 
 {
     for (const bool levels : {false, true}) {
         CAPTURE(levels);
-        SyntheticOptions shape;
-        shape.anchors = 1500;
-        if (levels) {
-            shape.levels = 4;
-            shape.level_rule = LevelRule::Round;
-            shape.flags = kModelHasLevels | kModelLodHalfCell;
-        }
-        const SyntheticModel model(shape);
+        const SyntheticModel model(octree(levels ? LevelRule::Round : LevelRule::None, 1500, 1));
         int32_t cells[3];
         farCells(model.view(), cells);
         const MovedModel far(model.view(), cells);

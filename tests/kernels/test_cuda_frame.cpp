@@ -15,25 +15,6 @@ using namespace gsc::test;
 
 namespace {
 
-bool sameBytes(const std::vector<Image<float>>& a, const std::vector<Image<float>>& b)
-{
-    for (size_t e = 0; e < a.size(); ++e)
-        if (std::memcmp(a[e].pixels.data(), b[e].pixels.data(), a[e].pixels.size() * sizeof(float)) != 0)
-            return false;
-    return true;
-}
-
-SyntheticOptions octree(LevelRule rule)
-{
-    SyntheticOptions options;
-    options.anchors = 1500;
-    options.levels = 4;
-    options.level_rule = rule;
-    options.flags = kModelHasLevels | kModelLodHalfCell;
-    options.seed = 40 + uint32_t(rule);
-    return options;
-}
-
 const std::vector<EyeParams> kTwoEyes = {eyeAt(0.4f, -5, 150, 110), eyeAt(0.7f, -5, 150, 110)};
 
 } // namespace

@@ -16,15 +16,6 @@ struct Job {
     FrameOptions options;
 };
 
-bool sameBytes(const std::vector<Image<float>>& a, const std::vector<Image<float>>& b)
-{
-    for (size_t e = 0; e < a.size(); ++e)
-        if (a[e].pixels.size() != b[e].pixels.size() ||
-            std::memcmp(a[e].pixels.data(), b[e].pixels.data(), a[e].pixels.size() * sizeof(float)) != 0)
-            return false;
-    return true;
-}
-
 std::vector<Job> variousJobs()
 {
     std::vector<Job> jobs;
@@ -60,11 +51,7 @@ std::vector<Job> variousJobs()
 
 TEST_CASE("frames of many shapes in any order, more of them than graphs are kept")
 {
-    SyntheticOptions options;
-    options.anchors = 1500;
-    options.levels = 4;
-    options.level_rule = LevelRule::Round;
-    options.flags = kModelHasLevels | kModelLodHalfCell;
+    SyntheticOptions options = octree(LevelRule::Round, 1500, 1);
     options.inputs = kMlpTakesAppearance | kMlpTakesLevel;
     options.appearance_dim = 8;
     options.appearance_rows = 2;
@@ -97,12 +84,7 @@ TEST_CASE("frames of many shapes in any order, more of them than graphs are kept
 
 TEST_CASE("levels that lag behind the camera see what they see on a CPU, and forget it when told to")
 {
-    SyntheticOptions options;
-    options.anchors = 1500;
-    options.levels = 4;
-    options.level_rule = LevelRule::Round;
-    options.flags = kModelHasLevels | kModelLodHalfCell;
-    const SyntheticModel model(options);
+    const SyntheticModel model(octree(LevelRule::Round, 1500, 1));
     const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"}), cpu = makeRenderer({"cpu"}, {1});
     gpu->load(model.view());
     cpu->load(model.view());

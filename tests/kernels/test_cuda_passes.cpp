@@ -36,7 +36,7 @@ void checkPixels(const Image<float>& got, const Image<float>& want, Likeness lik
 {
     REQUIRE(got.pixels.size() == want.pixels.size());
     if (likeness == Likeness::Same) {
-        CHECK(std::memcmp(got.pixels.data(), want.pixels.data(), want.pixels.size() * sizeof(float)) == 0);
+        CHECK(sameBytes(got.pixels, want.pixels));
         return;
     }
     double sum = 0, worst = 0;

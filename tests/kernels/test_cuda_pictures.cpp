@@ -42,12 +42,7 @@ struct Job {
 
 SyntheticOptions levels(LevelRule rule, RasterRules raster = RasterRules::DiffGaussian)
 {
-    SyntheticOptions options;
-    options.anchors = kAnchors;
-    options.levels = 4;
-    options.level_rule = rule;
-    options.flags = kModelHasLevels | kModelLodHalfCell;
-    options.seed = 60 + uint32_t(rule);
+    SyntheticOptions options = octree(rule, kAnchors, 60 + uint32_t(rule));
     options.raster_rules = raster;
     return options;
 }

@@ -17,12 +17,7 @@ constexpr auto kForever = std::chrono::nanoseconds::max();
 
 SyntheticOptions levels()
 {
-    SyntheticOptions options;
-    options.anchors = 1500;
-    options.levels = 4;
-    options.level_rule = LevelRule::Round;
-    options.flags = kModelHasLevels | kModelLodHalfCell;
-    return options;
+    return octree(LevelRule::Round, 1500, 1);
 }
 
 using Picture = std::vector<float>;

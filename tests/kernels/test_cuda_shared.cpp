@@ -37,8 +37,7 @@ double checkShared(const ModelView& model, const std::vector<EyeParams>& eyes, c
             CHECK(difference.worst < 0.0112); // nothing is above exp(-4.5) beyond 3 sigma
             CHECK(difference.psnr >= 85);
         } else {
-            const size_t bytes = alone[0].pixels.size() * sizeof(float);
-            CHECK(std::memcmp(together[e].pixels.data(), alone[0].pixels.data(), bytes) == 0);
+            CHECK(sameBytes(together[e].pixels, alone[0].pixels));
         }
         pairs += double(want.pairs);
     }
@@ -89,11 +88,8 @@ TEST_CASE("lenses off their axes, images of two sizes, a feature bank, levels th
     CHECK(outward < 0.85); // a far Gaussian has hardly more bins in the list of both than in one
     CHECK(inward < 0.85);
 
-    SyntheticOptions options;
-    options.anchors = 1500;
-    options.levels = 4;
-    options.level_rule = LevelRule::Progressive;
-    options.flags = kModelHasLevels | kModelLodHalfCell | kModelFeatureBank;
+    SyntheticOptions options = octree(LevelRule::Progressive, 1500, 1);
+    options.flags |= kModelFeatureBank;
     options.inputs = kMlpTakesDistance;
     FrameOptions fading = onGrey(Tier::Fast);
     fading.lod_fade = 1;

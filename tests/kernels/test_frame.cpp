@@ -14,30 +14,6 @@ using namespace gsc::test;
 
 namespace {
 
-EyeParams eyeAt(float x, float z, uint32_t width, uint32_t height)
-{
-    const float position[3] = {x, 0.3f, z}, target[3] = {0.1f, -0.2f, 0.3f};
-    return lookAt(position, target, 1.1f, width, height);
-}
-
-FrameOptions grey()
-{
-    FrameOptions options;
-    options.background[0] = options.background[1] = options.background[2] = 0.5f;
-    return options;
-}
-
-SyntheticOptions octree(LevelRule rule)
-{
-    SyntheticOptions options;
-    options.anchors = 1500;
-    options.levels = 4;
-    options.level_rule = rule;
-    options.flags = kModelHasLevels | kModelLodHalfCell;
-    options.seed = 40 + uint32_t(rule);
-    return options;
-}
-
 } // namespace
 
 TEST_CASE("fast, scalar and double agree where the axis is not in the middle of the image")
@@ -49,11 +25,11 @@ TEST_CASE("fast, scalar and double agree where the axis is not in the middle of 
         for (const float lean : {-0.2f, 0.9f}) {
             CAPTURE(lean);
             const EyeParams eye = offCentre(eyeAt(0.4f, -5, 150, 110), lean, 0.15f);
-            const auto scalar = renderWith(CpuPath::Reference, 1, model.view(), eye, grey());
-            const auto wide = render64(model.view(), widen(eye), grey());
+            const auto scalar = renderWith(CpuPath::Reference, 1, model.view(), eye, onGrey());
+            const auto wide = render64(model.view(), widen(eye), onGrey());
             CHECK(scalar.result.eyes[0].gaussians_visible > 100);
             CHECK(compare(scalar.pixels, wide.pixels).psnr > 80);
-            const auto fast = renderWith(CpuPath::Fast, 1, model.view(), eye, grey());
+            const auto fast = renderWith(CpuPath::Fast, 1, model.view(), eye, onGrey());
             CHECK(compare(fast.pixels, scalar.pixels).psnr > 80);
         }
     }
@@ -69,13 +45,13 @@ TEST_CASE("fast, scalar and double agree for every level rule and both rasterise
             options.raster_rules = raster;
             const SyntheticModel model(options);
             const EyeParams eye = eyeAt(0.4f, -5, 150, 110);
-            const auto scalar = renderWith(CpuPath::Reference, 1, model.view(), eye, grey());
-            const auto wide = render64(model.view(), widen(eye), grey());
+            const auto scalar = renderWith(CpuPath::Reference, 1, model.view(), eye, onGrey());
+            const auto wide = render64(model.view(), widen(eye), onGrey());
             CHECK(scalar.result.eyes[0].gaussians_visible > 500);
             CHECK(compare(scalar.pixels, wide.pixels).psnr > 80);
             forEachTarget([&](const char* target) {
                 CAPTURE(target);
-                const auto fast = renderWith(CpuPath::Fast, 1, model.view(), eye, grey());
+                const auto fast = renderWith(CpuPath::Fast, 1, model.view(), eye, onGrey());
                 const Difference d = compare(fast.pixels, scalar.pixels);
                 CHECK(d.psnr > 85);
                 CHECK(d.above <= 5);
@@ -96,15 +72,15 @@ TEST_CASE("images of a single row, column or pixel are drawn, and none of none")
         CAPTURE(width);
         CAPTURE(height);
         const EyeParams eye = eyeAt(0.1f, -5, width, height);
-        const auto fast = renderWith(CpuPath::Fast, 1, model.view(), eye, grey());
+        const auto fast = renderWith(CpuPath::Fast, 1, model.view(), eye, onGrey());
         CHECK(fast.pixels.size() == size_t(3) * width * height);
-        CHECK(compare(fast.pixels, renderWith(CpuPath::Reference, 1, model.view(), eye, grey()).pixels).psnr > 80);
+        CHECK(compare(fast.pixels, renderWith(CpuPath::Reference, 1, model.view(), eye, onGrey()).pixels).psnr > 80);
     }
     for (const auto& [width, height] : {std::pair<uint32_t, uint32_t>{0, 8}, {8, 0}, {65536, 1}, {1, 65536}}) {
         EyeParams eye = eyeAt(0.1f, -5, 8, 8);
         eye.width = width;
         eye.height = height;
-        CHECK_THROWS_AS(renderWith(CpuPath::Fast, 1, model.view(), eye, grey()), Error);
+        CHECK_THROWS_AS(renderWith(CpuPath::Fast, 1, model.view(), eye, onGrey()), Error);
     }
 }
 
@@ -114,16 +90,15 @@ TEST_CASE("images do not depend on the number of threads, byte for byte, nor on 
     const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 190, 130), eyeAt(0.7f, -5, 190, 130)};
     const std::unique_ptr<Renderer> one = makeCpuRenderer(CpuPath::Fast, 1);
     one->load(model.view());
-    const auto expected = render(*one, eyes, grey());
+    const auto expected = render(*one, eyes, onGrey());
     for (const int threads : {1, 2, 3, 5}) {
         const std::unique_ptr<Renderer> backend = makeCpuRenderer(CpuPath::Fast, threads);
         backend->load(model.view());
         for (int frame = 0; frame < 3; ++frame) {
-            render(*backend, {eyeAt(-2, -3.0f - float(frame), 64 + 50 * uint32_t(frame), 90)}, grey());
-            const auto images = render(*backend, eyes, grey());
+            render(*backend, {eyeAt(-2, -3.0f - float(frame), 64 + 50 * uint32_t(frame), 90)}, onGrey());
+            const auto images = render(*backend, eyes, onGrey());
             for (size_t e = 0; e < 2; ++e)
-                CHECK(std::memcmp(images[e].pixels.data(), expected[e].pixels.data(),
-                                  expected[e].pixels.size() * sizeof(float)) == 0);
+                CHECK(sameBytes(images[e].pixels, expected[e].pixels));
         }
     }
 }
@@ -139,9 +114,9 @@ TEST_CASE("two eyes in one call give what each gives alone")
         const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 150, 110), eyeAt(1.9f, -4, 97, 143)};
         const std::unique_ptr<Renderer> backend = makeCpuRenderer(CpuPath::Fast, 2);
         backend->load(model.view());
-        const auto both = render(*backend, eyes, grey());
+        const auto both = render(*backend, eyes, onGrey());
         for (size_t e = 0; e < 2; ++e) {
-            const auto alone = render(*backend, {eyes[e]}, grey())[0];
+            const auto alone = render(*backend, {eyes[e]}, onGrey())[0];
             // the features' part of the first layer is shared, and its sums go on in the same order
             CHECK(compare(both[e].pixels, alone.pixels).worst == 0);
             CHECK(both[e].result.eyes[e].anchors_visible == alone.result.eyes[0].anchors_visible);
@@ -155,7 +130,7 @@ TEST_CASE("levels that fade: fast, scalar and double agree, and no step of the c
     for (const LevelRule rule : {LevelRule::Floor, LevelRule::Round, LevelRule::Ceil}) {
         CAPTURE(int(rule));
         const SyntheticModel model(octree(rule));
-        FrameOptions soft = grey();
+        FrameOptions soft = onGrey();
         soft.lod_fade = 0.5f;
         const EyeParams eye = eyeAt(0.4f, -5, 150, 110);
         const auto fast = renderWith(CpuPath::Fast, 1, model.view(), eye, soft);
@@ -163,7 +138,7 @@ TEST_CASE("levels that fade: fast, scalar and double agree, and no step of the c
         CHECK(compare(fast.pixels, scalar.pixels).psnr > 85);
         CHECK(compare(scalar.pixels, render64(model.view(), widen(eye), soft).pixels).psnr > 80);
         CHECK(fast.result.eyes[0].anchors_visible == scalar.result.eyes[0].anchors_visible);
-        const auto hard = renderWith(CpuPath::Fast, 1, model.view(), eye, grey());
+        const auto hard = renderWith(CpuPath::Fast, 1, model.view(), eye, onGrey());
         CHECK(compare(fast.pixels, hard.pixels).psnr < 70);
         CHECK(fast.result.eyes[0].anchors_visible > hard.result.eyes[0].anchors_visible);
 
@@ -172,7 +147,7 @@ TEST_CASE("levels that fade: fast, scalar and double agree, and no step of the c
         backend->load(model.view());
         double most[2] = {};
         for (const bool fades : {false, true}) {
-            FrameOptions frame = grey();
+            FrameOptions frame = onGrey();
             frame.lod_fade = fades ? 1.0f : 0.0f;
             std::vector<float> before;
             for (int i = 0; i < 40; ++i) {
@@ -210,7 +185,7 @@ TEST_CASE("appearance rows, level and distance inputs change the picture and mat
     options.appearance_rows = 2;
     const SyntheticModel model(options);
     const EyeParams eye = eyeAt(0.4f, -5, 150, 110);
-    FrameOptions frame = grey();
+    FrameOptions frame = onGrey();
     frame.appearance = 0;
     const auto first = renderWith(CpuPath::Fast, 2, model.view(), eye, frame);
     CHECK(compare(first.pixels, renderWith(CpuPath::Reference, 1, model.view(), eye, frame).pixels).psnr > 85);
@@ -281,7 +256,7 @@ TEST_CASE("trap 20: the near plane can be moved, and the model's is the default"
     options.anchors = 1500;
     const SyntheticModel model(options);
     const EyeParams eye = eyeAt(0.1f, -1, 120, 90);
-    FrameOptions frame = grey();
+    FrameOptions frame = onGrey();
     const auto standard = renderWith(CpuPath::Fast, 1, model.view(), eye, frame);
     frame.near_z = 0.2f;
     CHECK(compare(standard.pixels, renderWith(CpuPath::Fast, 1, model.view(), eye, frame).pixels).worst == 0);
@@ -302,10 +277,10 @@ TEST_CASE("trap 12, trap 28: duplicates of an anchor are all drawn, in source or
         offset = 0; // and every Gaussian at the same depth
     const SyntheticModel model(syntheticParams(options), anchors, randomMlps(options), {}, 0);
     const EyeParams eye = eyeAt(0, -8, 200, 160);
-    const auto scalar = renderWith(CpuPath::Reference, 1, model.view(), eye, grey());
+    const auto scalar = renderWith(CpuPath::Reference, 1, model.view(), eye, onGrey());
     CHECK(scalar.result.eyes[0].anchors_visible == 60);
     for (const int threads : {1, 2})
-        CHECK(compare(renderWith(CpuPath::Fast, threads, model.view(), eye, grey()).pixels, scalar.pixels).psnr > 90);
+        CHECK(compare(renderWith(CpuPath::Fast, threads, model.view(), eye, onGrey()).pixels, scalar.pixels).psnr > 90);
 }
 
 TEST_CASE("a model of one anchor, and one of none in sight of either eye")
@@ -315,8 +290,8 @@ TEST_CASE("a model of one anchor, and one of none in sight of either eye")
     options.log_scale = -1;
     const SyntheticModel model(options);
     const EyeParams eye = eyeAt(0, -9, 33, 17);
-    CHECK(compare(renderWith(CpuPath::Fast, 2, model.view(), eye, grey()).pixels,
-                  renderWith(CpuPath::Reference, 1, model.view(), eye, grey()).pixels)
+    CHECK(compare(renderWith(CpuPath::Fast, 2, model.view(), eye, onGrey()).pixels,
+                  renderWith(CpuPath::Reference, 1, model.view(), eye, onGrey()).pixels)
               .psnr > 90);
 }
 
@@ -343,13 +318,13 @@ TEST_CASE("images nobody wants may be null, all or one")
     for (const CpuPath path : {CpuPath::Fast, CpuPath::Reference}) {
         const std::unique_ptr<Renderer> backend = makeCpuRenderer(path, 2);
         backend->load(model.view());
-        const auto expected = render(*backend, eyes, grey());
-        FrameResult result = render(*backend, eyes, grey(), nullptr);
+        const auto expected = render(*backend, eyes, onGrey());
+        FrameResult result = render(*backend, eyes, onGrey(), nullptr);
         for (int e = 0; e < 2; ++e)
             CHECK(result.eyes[e].pairs == expected[0].result.eyes[e].pairs);
         std::vector<float> right(expected[1].pixels.size(), -7.0f);
         float* images[2] = {nullptr, right.data()};
-        result = render(*backend, eyes, grey(), images);
+        result = render(*backend, eyes, onGrey(), images);
         CHECK(compare(right, expected[1].pixels).worst == 0);
     }
 }
@@ -387,8 +362,8 @@ TEST_CASE("a later frame of the same size allocates nothing")
     const std::unique_ptr<Renderer> backend = makeCpuRenderer(CpuPath::Fast, 1);
     backend->load(model.view());
     const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 190, 130), eyeAt(0.7f, -5, 190, 130)};
-    const uint64_t first = render(*backend, eyes, grey())[0].result.bytes_resident;
+    const uint64_t first = render(*backend, eyes, onGrey())[0].result.bytes_resident;
     CHECK(first > 0);
     for (int i = 0; i < 3; ++i)
-        CHECK(render(*backend, eyes, grey())[0].result.bytes_resident == first);
+        CHECK(render(*backend, eyes, onGrey())[0].result.bytes_resident == first);
 }

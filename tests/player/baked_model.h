@@ -4,7 +4,7 @@
 
 #include "convert/input/checkpoint.h"
 #include "convert/write/write_gsc.h"
-#include "tests/format/scratch_dir.h"
+#include "tests/support/temporary_folder.h"
 
 #include <string>
 
@@ -22,7 +22,7 @@ public:
     [[nodiscard]] std::string path() const { return m_folder / "model.gsc"; }
 
 private:
-    ScratchDir m_folder;
+    TemporaryFolder m_folder;
 };
 
 } // namespace gsc::test

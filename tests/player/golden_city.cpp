@@ -2,7 +2,7 @@
 #include "tests/player/golden_city.h"
 
 #include "convert/sample/sample.h"
-#include "tests/format/scratch_dir.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/player/golden_picture.h"
 #include "tests/support/checkpoints.h"
 
@@ -81,7 +81,7 @@ double secondsSince(std::chrono::steady_clock::time_point start)
 
 City::City(const GoldenCity& golden, const std::string& model) : m_golden(golden)
 {
-    const ScratchDir folder;
+    const TemporaryFolder folder;
     ReplicateOptions options;
     options.input = model;
     options.anchors = golden.anchors;

@@ -4,6 +4,8 @@
 #include "player/window/navigation.h"
 #include "player/window/path_recorder.h"
 #include "tests/player/window_cameras.h"
+#include "tests/support/outcome.h"
+#include "tests/support/temporary_folder.h"
 
 #include <doctest/doctest.h>
 
@@ -21,25 +23,9 @@
 #include <vector>
 
 using namespace gsc;
+using namespace gsc::test;
 
 namespace {
-
-class TempFolder {
-public:
-    TempFolder()
-    {
-        std::string name = (std::filesystem::temp_directory_path() / "gsc_path_recorder_XXXXXX").string();
-        REQUIRE(mkdtemp(name.data()) != nullptr);
-        m_folder = name;
-    }
-    ~TempFolder() { std::filesystem::remove_all(m_folder); }
-    TempFolder(const TempFolder&) = delete;
-    TempFolder& operator=(const TempFolder&) = delete;
-    [[nodiscard]] std::string path(const std::string& name) const { return (m_folder / name).string(); }
-
-private:
-    std::filesystem::path m_folder;
-};
 
 constexpr double kNoOrigin[3] = {};
 
@@ -48,16 +34,6 @@ bool sameEye(const Camera& a, const Camera& b)
     const EyeParams one = eyeParams(a, kNoOrigin), other = eyeParams(b, kNoOrigin);
     const EyeParams64 one64 = eyeParams64(a, kNoOrigin), other64 = eyeParams64(b, kNoOrigin);
     return std::memcmp(&one, &other, sizeof(one)) == 0 && std::memcmp(&one64, &other64, sizeof(one64)) == 0;
-}
-
-ErrorCode codeOf(const auto& action)
-{
-    try {
-        action();
-    } catch (const Error& e) {
-        return e.code();
-    }
-    return ErrorCode::Ok;
 }
 
 glm::dvec3 positionOf(const Camera& camera)
@@ -69,8 +45,8 @@ glm::dvec3 positionOf(const Camera& camera)
 
 TEST_CASE("a recording of a flight comes back bit for bit where the rates agree, both eyes of it too")
 {
-    const TempFolder folder;
-    const std::string path = folder.path("flight.json");
+    const TemporaryFolder folder;
+    const std::string path = folder / "flight.json";
     NavigationWorld world;
     world.high[0] = 700;
     Navigator navigator(world);
@@ -126,7 +102,7 @@ TEST_CASE("a recording of a flight comes back bit for bit where the rates agree,
 
 TEST_CASE("another rate than the screen's: frames between samples, the samples themselves where times meet")
 {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     PathRecorder recorder;
     recorder.start("slow", 10);
     const std::vector<Camera> samples = {turnedCamera({0, 0, 0}, 0, 0), turnedCamera({4, 0, 0}, 0.4, 0),
@@ -134,8 +110,8 @@ TEST_CASE("another rate than the screen's: frames between samples, the samples t
     CHECK(recorder.add(5, samples[0], 0));
     CHECK(recorder.add(5.4, samples[1], 0));
     CHECK(recorder.add(5.75, samples[2], 0)); // 5.7 is the last frame
-    CHECK(recorder.stop(folder.path("slow.json")) == 8);
-    const std::vector<Camera> read = readCameraFile(folder.path("slow.json"));
+    CHECK(recorder.stop(folder / "slow.json") == 8);
+    const std::vector<Camera> read = readCameraFile(folder / "slow.json");
     REQUIRE(read.size() == 8);
     CHECK(sameEye(read[0], samples[0]));
     CHECK(sameEye(read[4], samples[1]));
@@ -149,15 +125,15 @@ TEST_CASE("another rate than the screen's: frames between samples, the samples t
     recorder.start("fast", 10);
     for (int i = 0; i <= 100; ++i)
         CHECK(recorder.add(i * 0.01, windowCamera({double(i), 0, 0}), 0));
-    CHECK(recorder.stop(folder.path("fast.json")) == 11);
-    const std::vector<Camera> fast = readCameraFile(folder.path("fast.json"));
+    CHECK(recorder.stop(folder / "fast.json") == 11);
+    const std::vector<Camera> fast = readCameraFile(folder / "fast.json");
     for (size_t i = 0; i < fast.size(); ++i)
         CHECK(sameEye(fast[i], windowCamera({10.0 * double(i), 0, 0})));
 }
 
 TEST_CASE("a lens that changes is followed, its angles not across a change of size")
 {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     PathRecorder recorder;
     recorder.start("zoom", 2);
     Camera wide = windowCamera({0, 0, 0}), narrow = wide, small = wide;
@@ -168,8 +144,8 @@ TEST_CASE("a lens that changes is followed, its angles not across a change of si
     recorder.add(0, wide, 0);
     recorder.add(1, narrow, 0);
     recorder.add(2, small, 0);
-    recorder.stop(folder.path("zoom.json"));
-    const std::vector<Camera> read = readCameraFile(folder.path("zoom.json"));
+    recorder.stop(folder / "zoom.json");
+    const std::vector<Camera> read = readCameraFile(folder / "zoom.json");
     REQUIRE(read.size() == 5);
     CHECK(read[1].fov_x == doctest::Approx(1.0));
     CHECK(read[3].fov_x == 0.5);
@@ -179,14 +155,14 @@ TEST_CASE("a lens that changes is followed, its angles not across a change of si
 
 TEST_CASE("what no trajectory can hold is left out or refused")
 {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const double nan = std::numeric_limits<double>::quiet_NaN();
     PathRecorder recorder;
     for (const double fps : {0.0, -1.0, nan, 1001.0})
-        CHECK(codeOf([&] { recorder.start("r", fps); }) == ErrorCode::Usage);
+        CHECK(outcomeOf([&] { recorder.start("r", fps); }).code == ErrorCode::Usage);
     recorder.start("r", 30);
-    CHECK(codeOf([&] { recorder.stop(folder.path("none.json")); }) == ErrorCode::Usage);
-    CHECK_FALSE(std::filesystem::exists(folder.path("none.json")));
+    CHECK(outcomeOf([&] { recorder.stop(folder / "none.json"); }).code == ErrorCode::Usage);
+    CHECK_FALSE(std::filesystem::exists(folder / "none.json"));
     const Camera good = windowCamera({1, 2, 3});
     CHECK_FALSE(recorder.add(nan, good, 0));
     CHECK(recorder.add(1, good, nan));
@@ -207,7 +183,7 @@ TEST_CASE("what no trajectory can hold is left out or refused")
     CHECK(refuses([&](Camera& c) { c.height = 40000; }));
     Camera off = good;
     off.tan_mid_y = 0.1;
-    CHECK(codeOf([&] { recorder.add(2, off, 0); }) == ErrorCode::Unsupported);
+    CHECK(outcomeOf([&] { recorder.add(2, off, 0); }).code == ErrorCode::Unsupported);
     CHECK(recorder.frames() == 1);
 
     // a scaled world, as transforms files have it, comes down to size
@@ -217,8 +193,8 @@ TEST_CASE("what no trajectory can hold is left out or refused")
     for (double& value : scaled.translation)
         value /= 100;
     CHECK(recorder.add(1 + 1 / 30.0, scaled, 0));
-    CHECK(recorder.stop(folder.path("r.json")) == 2);
-    const std::vector<Camera> read = readCameraFile(folder.path("r.json"));
+    CHECK(recorder.stop(folder / "r.json") == 2);
+    const std::vector<Camera> read = readCameraFile(folder / "r.json");
     CHECK(sameEye(read[0], good));
     CHECK(length(positionOf(read[1]) - glm::dvec3(1, 2, 3)) < 1e-12);
 
@@ -231,20 +207,20 @@ TEST_CASE("what no trajectory can hold is left out or refused")
 
 TEST_CASE("a file that is there stays, and the recording waits for another name")
 {
-    const TempFolder folder;
-    const std::string path = folder.path("taken.json");
+    const TemporaryFolder folder;
+    const std::string path = folder / "taken.json";
     std::ofstream(path) << "mine";
     PathRecorder recorder;
     recorder.start("r", 30);
     recorder.add(0, windowCamera({1, 2, 3}), 0);
-    CHECK(codeOf([&] { recorder.stop(path); }) == ErrorCode::Io);
-    CHECK(codeOf([&] { recorder.stop(folder.path("missing/r.json")); }) == ErrorCode::Io);
+    CHECK(outcomeOf([&] { recorder.stop(path); }).code == ErrorCode::Io);
+    CHECK(outcomeOf([&] { recorder.stop(folder / "missing/r.json"); }).code == ErrorCode::Io);
     std::string text;
     std::ifstream(path) >> text;
     CHECK(text == "mine");
     CHECK(recorder.records());
     CHECK(recorder.frames() == 1);
-    CHECK(recorder.stop(folder.path("free.json")) == 1);
+    CHECK(recorder.stop(folder / "free.json") == 1);
     recorder.start("again", 30);
     recorder.add(0, windowCamera({1, 2, 3}), 0);
     CHECK(recorder.stop(path, true) == 1);

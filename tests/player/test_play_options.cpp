@@ -4,7 +4,7 @@
 #include "player/frames/lod_target.h"
 #include "player/options/play_options.h"
 #include "runtime/cli/command_words.h"
-#include "tests/format/scratch_dir.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/format/tiny_gsc.h"
 
 #include <CLI/CLI.hpp>
@@ -245,7 +245,7 @@ TEST_CASE("detail goes with neither exact, nor reuse, nor shards")
 
 TEST_CASE("a target time takes no more detail away than --lod-bias may")
 {
-    const test::ScratchDir folder;
+    const test::TemporaryFolder folder;
     PlayOptions options;
     options.model.file = folder / "model.gsc";
     for (const int32_t clamp : {1, 40}) {

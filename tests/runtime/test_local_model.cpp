@@ -14,17 +14,6 @@ using namespace gsc::test;
 
 namespace {
 
-SyntheticOptions octree(LevelRule rule)
-{
-    SyntheticOptions options;
-    options.anchors = 1500;
-    options.levels = 4;
-    options.level_rule = rule;
-    options.flags = kModelHasLevels | kModelLodHalfCell;
-    options.seed = 40 + uint32_t(rule);
-    return options;
-}
-
 SyntheticOptions optionsOf(LevelRule rule)
 {
     SyntheticOptions options = rule == LevelRule::None ? SyntheticOptions{} : octree(rule);

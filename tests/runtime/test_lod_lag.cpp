@@ -16,15 +16,12 @@ using namespace gsc::test;
 
 namespace {
 
-SyntheticOptions octree(LevelRule rule)
+SyntheticOptions smallOctree(LevelRule rule)
 {
-    SyntheticOptions options;
-    options.anchors = 3000;
+    SyntheticOptions options = octree(rule, 3000);
     options.n_offsets = 2;
     options.feat_dim = 4;
-    options.levels = 4;
-    options.level_rule = rule;
-    options.flags = kModelHasLevels | kModelLodHalfCell;
+    options.seed = 1;
     return options;
 }
 
@@ -77,7 +74,7 @@ size_t changed(const std::vector<uint64_t>& a, const std::vector<uint64_t>& b)
 
 TEST_CASE("no leash without hysteresis, without levels, or where there is one level")
 {
-    SyntheticModel model(octree(LevelRule::Round));
+    SyntheticModel model(smallOctree(LevelRule::Round));
     CHECK(lodLeash(model.view(), lagging(0)) == 0);
     CHECK(lodLeash(model.view(), lagging(0.5f)) > 0);
     model.params().level_clamp = 0;
@@ -99,7 +96,7 @@ TEST_CASE("the predicted level is off by at most the hysteresis wherever it deci
     for (const LevelRule rule : {LevelRule::Floor, LevelRule::Round, LevelRule::Ceil, LevelRule::Progressive})
         for (const float bias : {0.0f, -0.6f}) {
             CAPTURE(int(rule));
-            const SyntheticModel model(octree(rule));
+            const SyntheticModel model(smallOctree(rule));
             const ModelParams& params = *model.view().params;
             FrameOptions options = lagging(0.3f);
             options.lod_bias = bias;
@@ -130,7 +127,7 @@ TEST_CASE("the predicted level is off by at most the hysteresis wherever it deci
 
 TEST_CASE("a tremble switches no level, a walk switches all of them, and the way back lags")
 {
-    const SyntheticModel model(octree(LevelRule::Round));
+    const SyntheticModel model(smallOctree(LevelRule::Round));
     const FrameOptions options = lagging(0.2f);
     const float leash = lodLeash(model.view(), options);
     REQUIRE(leash > 0.01f);
@@ -173,7 +170,7 @@ TEST_CASE("a tremble switches no level, a walk switches all of them, and the way
 
 TEST_CASE("the place never moves further than the camera, so that what holds for a motion of the camera holds for it")
 {
-    const SyntheticModel model(octree(LevelRule::Ceil));
+    const SyntheticModel model(smallOctree(LevelRule::Ceil));
     const FrameOptions options = lagging(0.5f);
     Random random(4);
     LodLag lag;
@@ -192,7 +189,7 @@ TEST_CASE("the place never moves further than the camera, so that what holds for
 
 TEST_CASE("the backend: an eye of a pair does what it does alone, no hysteresis is upstream, caches are dropped")
 {
-    const SyntheticModel model(octree(LevelRule::Floor));
+    const SyntheticModel model(smallOctree(LevelRule::Floor));
     const auto open = [&](int threads) {
         std::unique_ptr<Renderer> backend = makeCpuRenderer(CpuPath::Fast, threads);
         backend->load(model.view());

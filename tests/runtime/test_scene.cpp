@@ -2,6 +2,7 @@
 #include <gsc/error.h>
 #include <gsc/scene.h>
 #include "tests/format/tiny_gsc.h"
+#include "tests/support/outcome.h"
 
 #include <doctest/doctest.h>
 
@@ -17,6 +18,7 @@
 #include <unistd.h>
 
 using namespace gsc;
+using gsc::test::Outcome;
 namespace fs = std::filesystem;
 
 namespace {
@@ -33,13 +35,7 @@ struct TempFile {
     TempFile& operator=(const TempFile&) = delete;
 };
 
-struct Refusal {
-    ErrorCode code = ErrorCode::Ok;
-    std::string message;
-    [[nodiscard]] bool says(const char* text) const { return message.find(text) != std::string::npos; }
-};
-
-Refusal refusal(std::span<const std::byte> bytes, bool verify = false)
+Outcome refusal(std::span<const std::byte> bytes, bool verify = false)
 {
     const TempFile file(bytes);
     try {
@@ -207,15 +203,15 @@ TEST_CASE("damaged, newer and foreign files are refused with the first issue")
     };
     CHECK(refusal(good).code == ErrorCode::Ok);
     CHECK(refusal({}).code == ErrorCode::InvalidFile);
-    const Refusal foreign = refusal(changed([](auto& b) { b[0] = std::byte{'P'}; }, false));
+    const Outcome foreign = refusal(changed([](auto& b) { b[0] = std::byte{'P'}; }, false));
     CHECK(foreign.code == ErrorCode::InvalidFile);
     CHECK(foreign.says("1001 NotGsc"));
-    const Refusal newer = refusal(changed([](auto& b) { test::header(b).version_major = 2; }, true));
+    const Outcome newer = refusal(changed([](auto& b) { test::header(b).version_major = 2; }, true));
     CHECK(newer.code == ErrorCode::Unsupported);
     CHECK(newer.says("1004 VersionUnsupported"));
-    const Refusal codec = refusal(changed([](auto& b) { test::sectionEntry(b, kSectionAnchors)->codec = 1; }, true));
+    const Outcome codec = refusal(changed([](auto& b) { test::sectionEntry(b, kSectionAnchors)->codec = 1; }, true));
     CHECK(codec.code == ErrorCode::Unsupported);
-    const Refusal shorter = refusal(changed([](auto& b) { b.resize(b.size() - 64); }, false));
+    const Outcome shorter = refusal(changed([](auto& b) { b.resize(b.size() - 64); }, false));
     CHECK(shorter.code == ErrorCode::InvalidFile);
     CHECK(shorter.says("1002 Truncated"));
 

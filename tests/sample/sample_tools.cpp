@@ -17,25 +17,6 @@ namespace gsc::test {
 
 namespace fs = std::filesystem;
 
-ScratchFolder::ScratchFolder()
-{
-    std::string name = (fs::temp_directory_path() / "gsc-sample-XXXXXX").string();
-    if (!mkdtemp(name.data()))
-        throw std::runtime_error("no temporary folder");
-    m_path = name;
-}
-
-ScratchFolder::~ScratchFolder()
-{
-    std::error_code error;
-    fs::remove_all(m_path, error);
-}
-
-size_t ScratchFolder::entries() const
-{
-    return size_t(std::distance(fs::directory_iterator(m_path), fs::directory_iterator()));
-}
-
 std::string readText(const fs::path& path)
 {
     std::ifstream in(path, std::ios::binary);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A temporary folder, raw PLY rows and hashes of model folders.
+// Raw PLY rows and hashes of model folders.
 #pragma once
 
 #include "convert/sample/sample.h"
+#include "tests/support/temporary_folder.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -11,21 +12,6 @@
 #include <vector>
 
 namespace gsc::test {
-
-class ScratchFolder {
-public:
-    ScratchFolder();
-    ~ScratchFolder();
-    ScratchFolder(const ScratchFolder&) = delete;
-    ScratchFolder& operator=(const ScratchFolder&) = delete;
-
-    [[nodiscard]] std::string operator/(const std::string& name) const { return (m_path / name).string(); }
-    [[nodiscard]] const std::filesystem::path& path() const { return m_path; }
-    [[nodiscard]] size_t entries() const;
-
-private:
-    std::filesystem::path m_path;
-};
 
 std::string readText(const std::filesystem::path& path);
 // Relative path -> checksum of every file below `folder`.

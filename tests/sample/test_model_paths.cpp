@@ -225,7 +225,7 @@ void checkSight(Made& made, const std::vector<dvec3>& anchors)
         CHECK(shareInImage(anchors, made.paths["aerial"].poses.front()) > 0.01);
 }
 
-Made checkModel(const Checkpoint& checkpoint, const ScratchFolder& scratch, const std::string& name)
+Made checkModel(const Checkpoint& checkpoint, const TemporaryFolder& scratch, const std::string& name)
 {
     CAPTURE(name);
     Made made = make(bakeTo(checkpoint, scratch / (name + ".gsc")), scratch / (name + "_paths"));
@@ -245,7 +245,7 @@ Made checkModel(const Checkpoint& checkpoint, const ScratchFolder& scratch, cons
 
 TEST_CASE("model paths: samples, whose metre is known")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     for (const SampleScene scene : {SampleScene::City, SampleScene::Street, SampleScene::Room})
         for (const bool octree : {false, true}) {
             if (octree && scene == SampleScene::Room)
@@ -270,7 +270,7 @@ TEST_CASE("model paths: samples, whose metre is known")
 
 TEST_CASE("model paths: trained models")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     for (const std::string& model : trainedModels()) {
         const std::string name = std::filesystem::path(model).filename().string();
         const Made made = checkModel(readCheckpoint(model, {}), scratch, name);
@@ -282,7 +282,7 @@ TEST_CASE("model paths: trained models")
 
 TEST_CASE("model paths: an appearance row per path, of a camera nearby")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     SampleOptions options = sampleOptions(SampleScene::Street, SampleModel::Octree, 6000, scratch / "m");
     options.everything_on = true;
     makeSample(options, {});
@@ -320,7 +320,7 @@ TEST_CASE("model paths: an appearance row per path, of a camera nearby")
 
 TEST_CASE("model paths: without cameras, or with cameras that see nothing, the bounds serve")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     makeSample(sampleOptions(SampleScene::City, SampleModel::Octree, 12'000, scratch / "m"), {});
     Checkpoint checkpoint = readCheckpoint(scratch / "m", {});
     checkpoint.metre = {};
@@ -344,7 +344,7 @@ TEST_CASE("model paths: without cameras, or with cameras that see nothing, the b
 
 TEST_CASE("model paths: the same bytes twice; the eyes' distance sets the pace")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     makeSample(sampleOptions(SampleScene::Room, SampleModel::Scaffold, 6000, scratch / "m"), {});
     const std::string model = bakeTo(readCheckpoint(scratch / "m", {}), scratch / "m.gsc");
     make(model, scratch / "a");
@@ -364,7 +364,7 @@ TEST_CASE("model paths: the same bytes twice; the eyes' distance sets the pace")
 
 TEST_CASE("model paths: --fps is that of all of them; --only takes those that move as people do")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     makeSample(sampleOptions(SampleScene::City, SampleModel::Scaffold, 6000, scratch / "m"), {});
     PathsOptions options;
     options.input = bakeTo(readCheckpoint(scratch / "m", {}), scratch / "m.gsc");

@@ -104,7 +104,7 @@ void checkCity(const std::string& model, const std::string& city, uint64_t ancho
 
 TEST_CASE("replicate: the sample city, tiled")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     for (const SampleModel model : {SampleModel::Scaffold, SampleModel::Octree}) {
         CAPTURE(int(model));
         const std::string input = scratch / ("city" + std::to_string(int(model)));
@@ -124,7 +124,7 @@ TEST_CASE("replicate: the sample city, tiled")
 
 TEST_CASE("replicate: real aerial models")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     for (const std::string& model : trainedModels()) {
         if (model.find("boruszyn") == std::string::npos)
             continue;
@@ -137,7 +137,7 @@ TEST_CASE("replicate: real aerial models")
 
 TEST_CASE("replicate: a model without cameras is refused")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     const std::string input = scratch / "model";
     makeSample(sampleOptions(SampleScene::City, SampleModel::Scaffold, 3000, input), {});
     std::filesystem::remove(input + "/cameras.json");
@@ -147,12 +147,12 @@ TEST_CASE("replicate: a model without cameras is refused")
     CHECK(tryReplicate(replicateOptions(scratch / "nothing", 5000, scratch / "city")).code == int(ErrorCode::Io));
     CHECK(tryReplicate(replicateOptions(input, 1, scratch / "city")).code == int(ErrorCode::Usage));
     CHECK(tryReplicate(replicateOptions(input, 5000, input)).code == int(ErrorCode::Usage));
-    CHECK(scratch.entries() == 1);
+    CHECK(scratch.names().size() == 1);
 }
 
 TEST_CASE("replicate: the source is never replaced")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     const std::string input = scratch / "model";
     makeSample(sampleOptions(SampleScene::City, SampleModel::Scaffold, 3000, input), {});
     const auto before = hashFolder(input);
@@ -181,7 +181,7 @@ TEST_CASE("replicate: the source is never replaced")
                 CHECK(failure.message.find("holds the source") != std::string::npos);
         }
     CHECK(hashFolder(input) == before);
-    CHECK(scratch.entries() == 3);
+    CHECK(scratch.names().size() == 3);
 }
 
 TEST_CASE("sample paths: every trajectory in samples/paths is one the player reads")

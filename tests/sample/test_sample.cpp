@@ -58,7 +58,7 @@ size_t checkGrid(const Checkpoint& checkpoint, const PlyRows& ply, bool octree, 
 
 TEST_CASE("sample: the same options give the same bytes, on one thread and on two")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     for (const SampleModel model : kModels) {
         SampleOptions options = sampleOptions(SampleScene::City, model, 6000, scratch / "first");
         options.everything_on = true;
@@ -83,7 +83,7 @@ TEST_CASE("sample: the same options give the same bytes, on one thread and on tw
 
 TEST_CASE("sample: exactly the anchors asked for")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     for (const SampleScene scene : kScenes)
         for (const SampleModel model : kModels)
             for (const uint64_t anchors : {1u, 2u, 10u, 129u, 12'345u}) {
@@ -116,12 +116,12 @@ TEST_CASE("sample: exactly the anchors asked for")
     CHECK(failure.code == 1);
     CHECK(failure.message.find("expected 2") != std::string::npos);
     CHECK(tryMake(sampleOptions(SampleScene::City, SampleModel::Scaffold, 0, scratch / "none")).code == 1);
-    CHECK(scratch.entries() == 1);
+    CHECK(scratch.names().size() == 1);
 }
 
 TEST_CASE("sample: positions lie on the trainers' grid bit for bit, in cells of their own")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     for (const SampleScene scene : kScenes)
         for (const SampleModel model : kModels) {
             CAPTURE(int(scene));
@@ -145,7 +145,7 @@ TEST_CASE("sample: positions lie on the trainers' grid bit for bit, in cells of 
 
 TEST_CASE("sample: the checkpoint reader finds nothing to remark on")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     for (const bool everything_on : {false, true})
         for (const SampleModel model : kModels) {
             CAPTURE(everything_on);
@@ -202,7 +202,7 @@ TEST_CASE("sample: the checkpoint reader finds nothing to remark on")
 
 TEST_CASE("sample: columns hold what training leaves in them")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     makeSample(sampleOptions(SampleScene::City, SampleModel::Octree, 60'000, scratch / "octree"), {});
     makeSample(sampleOptions(SampleScene::City, SampleModel::Scaffold, 20'000, scratch / "scaffold"), {});
     std::set<float> sums = {0.0f}; // extra_level is an fp32 running sum (trap 29)

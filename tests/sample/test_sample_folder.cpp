@@ -3,6 +3,7 @@
 #include <gsc/error.h>
 #include <gsc/interrupt.h>
 #include "sample/sample_tools.h"
+#include "tests/support/in_child.h"
 
 #include <doctest/doctest.h>
 
@@ -13,7 +14,6 @@
 
 #include <sys/resource.h>
 #include <sys/syscall.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 using namespace gsc;
@@ -32,18 +32,6 @@ extern "C" int renameat2(int from_folder, const char* from, int to_folder, const
 
 namespace {
 
-// Runs `work` in a child, whose signals and limits do not outlive it; returns its exit code.
-template <typename Work>
-int inChild(Work&& work)
-{
-    const pid_t child = ::fork();
-    if (child == 0)
-        ::_exit(work());
-    int status = 0;
-    ::waitpid(child, &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-}
-
 SampleOptions small(const std::string& output)
 {
     return sampleOptions(SampleScene::City, SampleModel::Scaffold, 3000, output);
@@ -54,7 +42,7 @@ SampleOptions small(const std::string& output)
 // note: the two that fork come first, before this process has started TBB's threads
 TEST_CASE("sample folder: Ctrl-C leaves nothing")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     const int code = inChild([&] {
         installInterruptHandler();
         try {
@@ -68,12 +56,12 @@ TEST_CASE("sample folder: Ctrl-C leaves nothing")
         return 0;
     });
     CHECK(code == 130);
-    CHECK(scratch.entries() == 0);
+    CHECK(scratch.names().size() == 0);
 }
 
 TEST_CASE("sample folder: a full disk leaves nothing")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     const int code = inChild([&] {
         // the limit stands in for the disk: write() fails in the middle of the PLY
         const rlimit limit{300'000, 300'000};
@@ -82,12 +70,12 @@ TEST_CASE("sample folder: a full disk leaves nothing")
         return tryMake(small(scratch / "model")).code;
     });
     CHECK(code == int(ErrorCode::Io));
-    CHECK(scratch.entries() == 0);
+    CHECK(scratch.names().size() == 0);
 }
 
 TEST_CASE("sample folder: an existing folder is refused before any work, and replaced when asked")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     const SampleOptions first = small(scratch / "model");
     makeSample(first, {});
     const auto before = hashFolder(first.output);
@@ -100,12 +88,12 @@ TEST_CASE("sample folder: an existing folder is refused before any work, and rep
     again.overwrite = true;
     makeSample(again, {});
     CHECK(hashFolder(first.output) != before);
-    CHECK(scratch.entries() == 1);
+    CHECK(scratch.names().size() == 1);
 }
 
 TEST_CASE("sample folder: it is replaced, too, where the file system cannot exchange two folders")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     SampleOptions options = small(scratch / "model");
     makeSample(options, {});
     const auto before = hashFolder(options.output);
@@ -116,12 +104,12 @@ TEST_CASE("sample folder: it is replaced, too, where the file system cannot exch
     exchanges = true;
     CHECK_MESSAGE(failure.code == 0, failure.message);
     CHECK(hashFolder(options.output) != before);
-    CHECK(scratch.entries() == 1); // the old one is gone
+    CHECK(scratch.names().size() == 1); // the old one is gone
 }
 
 TEST_CASE("sample folder: what is not a model is never replaced")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     std::filesystem::create_directory(scratch / "photos");
     std::ofstream(scratch / "photos/holiday.jpg") << "x";
     SampleOptions options = small(scratch / "photos");
@@ -131,12 +119,12 @@ TEST_CASE("sample folder: what is not a model is never replaced")
     CHECK(failure.message.find("not a model folder") != std::string::npos);
     CHECK(std::filesystem::exists(scratch / "photos/holiday.jpg"));
     CHECK(tryMake(small("")).code == int(ErrorCode::Usage));
-    CHECK(scratch.entries() == 1);
+    CHECK(scratch.names().size() == 1);
 }
 
 TEST_CASE("sample folder: a folder that cannot be made is an I/O error")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     std::ofstream(scratch / "file") << "x";
     const Failure failure = tryMake(small(scratch / "file/model"));
     CHECK(failure.code == int(ErrorCode::Io));

@@ -220,7 +220,7 @@ size_t anchorsAlong(const std::string& model, const Poses& path, double reach)
 
 TEST_CASE("camera paths: beside every sample, the same bytes twice")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     for (const SampleScene scene : {SampleScene::City, SampleScene::Street, SampleScene::Room})
         for (const bool octree : {false, true}) {
             SampleOptions options =
@@ -239,7 +239,7 @@ TEST_CASE("camera paths: beside every sample, the same bytes twice")
 
 TEST_CASE("camera paths: beside a city of tiles, in its own units")
 {
-    const ScratchFolder scratch;
+    const TemporaryFolder scratch;
     for (const SampleModel model : {SampleModel::Scaffold, SampleModel::Octree}) {
         const std::string name = std::to_string(int(model));
         makeSample(sampleOptions(SampleScene::City, model, 30'000, scratch / ("from" + name)), {});

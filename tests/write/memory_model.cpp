@@ -171,34 +171,6 @@ bool MemorySource::next(AnchorBatch& batch, uint32_t fields, size_t max_rows)
     return count != 0;
 }
 
-TemporaryFolder::TemporaryFolder()
-{
-    std::string pattern = (std::filesystem::temp_directory_path() / "gsc_bake_XXXXXX").string();
-    REQUIRE(::mkdtemp(pattern.data()) != nullptr);
-    m_path = pattern;
-}
-
-TemporaryFolder::~TemporaryFolder()
-{
-    std::error_code ignored;
-    std::filesystem::remove_all(m_path, ignored);
-}
-
-std::string TemporaryFolder::operator/(const char* name) const
-{
-    std::string path = m_path;
-    return path.append("/").append(name);
-}
-
-std::vector<std::string> TemporaryFolder::entries() const
-{
-    std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(m_path))
-        names.push_back(entry.path().filename().string());
-    std::sort(names.begin(), names.end());
-    return names;
-}
-
 std::string Written::bytes() const
 {
     return {reinterpret_cast<const char*>(file->bytes().data()), file->bytes().size()};
@@ -228,7 +200,7 @@ Written writeModel(const MemoryModel& model, WriteOptions options)
     options.output = folder / "model.gsc";
     MemorySource source(model);
     const WriteReport report = writeGscFrom(model.checkpoint, source, options, {});
-    CHECK(folder.entries() == std::vector<std::string>{"model.gsc"});
+    CHECK(folder.names() == std::vector<std::string>{"model.gsc"});
     Written written = openWritten(options.output);
     written.report = report;
     return written;

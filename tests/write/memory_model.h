@@ -6,6 +6,7 @@
 #include "convert/write/write_gsc.h"
 #include <gsc/file/mapped_file.h>
 #include <gsc/gsc_reader.h>
+#include "tests/support/temporary_folder.h"
 
 #include <cstdint>
 #include <memory>
@@ -48,18 +49,6 @@ public:
 private:
     const MemoryModel& m_model;
     uint64_t m_next = 0;
-};
-
-// A folder that is removed again.
-class TemporaryFolder {
-public:
-    TemporaryFolder();
-    ~TemporaryFolder();
-    [[nodiscard]] std::string operator/(const char* name) const;
-    [[nodiscard]] std::vector<std::string> entries() const;
-
-private:
-    std::string m_path;
 };
 
 // A file that was written, opened; REQUIREs that it is valid in every respect, NanoVDB grids included.

@@ -4,6 +4,7 @@
 #include "convert/write/anchor_check.h"
 #include <gsc/error.h>
 #include <gsc/interrupt.h>
+#include "tests/support/in_child.h"
 #include "tests/write/memory_model.h"
 
 #include <doctest/doctest.h>
@@ -17,7 +18,6 @@
 
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 using namespace gsc;
@@ -38,7 +38,7 @@ std::string failToBake(const MemoryModel& model, MemorySource& source, ErrorCode
         message = error.what();
         CHECK(error.code() == code);
     }
-    CHECK(folder.entries().empty());
+    CHECK(folder.names().empty());
     return message;
 }
 
@@ -46,19 +46,6 @@ std::string failToBake(const MemoryModel& model, ErrorCode code)
 {
     MemorySource source(model);
     return failToBake(model, source, code);
-}
-
-// Runs `work` in a child process and returns its exit status.
-int inChild(const std::function<int()>& work)
-{
-    const pid_t child = ::fork();
-    REQUIRE(child >= 0);
-    if (child == 0)
-        ::_exit(work());
-    int status = 0;
-    REQUIRE(::waitpid(child, &status, 0) == child);
-    REQUIRE(WIFEXITED(status));
-    return WEXITSTATUS(status);
 }
 
 int writeStatus(const MemoryModel& model, MemorySource& source, const std::string& output)
@@ -278,7 +265,7 @@ TEST_CASE("an existing file is kept unless overwriting was asked for")
         CHECK(std::string(error.what()).find("already exists") != std::string::npos);
     }
     CHECK(std::filesystem::file_size(options.output) == 8);
-    CHECK(folder.entries().size() == 1);
+    CHECK(folder.names().size() == 1);
     options.overwrite = true;
     source.fail_at = UINT64_MAX;
     // a file that is not what it should be never replaces one
@@ -290,7 +277,7 @@ TEST_CASE("an existing file is kept unless overwriting was asked for")
     };
     CHECK_THROWS_AS(writeGscFrom(model.checkpoint, source, options, {}), Error);
     CHECK(std::filesystem::file_size(options.output) == 8);
-    CHECK(folder.entries().size() == 1);
+    CHECK(folder.names().size() == 1);
     options.verify = nullptr;
     writeGscFrom(model.checkpoint, source, options, {});
     openWritten(options.output);
@@ -311,7 +298,7 @@ TEST_CASE("ctrl-c while reading leaves no file behind")
             return writeStatus(model, source, folder / "model.gsc");
         });
         CHECK(status == int(ErrorCode::Interrupted));
-        CHECK(folder.entries().empty());
+        CHECK(folder.names().empty());
     }
 }
 
@@ -333,7 +320,7 @@ TEST_CASE("a full disk leaves no file behind")
             return writeStatus(model, source, folder / "model.gsc");
         });
         CHECK(status == int(ErrorCode::Io));
-        CHECK(folder.entries().empty());
+        CHECK(folder.names().empty());
     }
 }
 
