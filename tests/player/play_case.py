@@ -11,19 +11,10 @@ import sys
 import tempfile
 import unittest
 
-try:
-    import jsonschema
-except ImportError:  # the schema checks are then left out, and the run says so
-    jsonschema = None
-    print("note: no jsonschema, schemas are not checked", file=sys.stderr)
+sys.path.append(str(pathlib.Path(__file__).parents[1] / "support"))
+from cases import check_schema, jsonschema  # noqa: E402,F401
 
 SOURCE, PLAY, WRITE_TINY, WRITE_REPORT = (pathlib.Path(a) for a in (*sys.argv[1:5], "")[:4])
-
-
-def check_schema(name: str, value) -> None:
-    if jsonschema is not None:
-        schema = json.loads((SOURCE / "schemas" / f"{name}.schema.json").read_text())
-        jsonschema.Draft202012Validator(schema).validate(value)
 
 
 def pfm(path: pathlib.Path) -> tuple[int, int, tuple[float, ...]]:

@@ -14,25 +14,15 @@ import sys
 import tempfile
 import unittest
 
-sys.path += [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1] / "xr")]
+sys.path += [str(pathlib.Path(__file__).parents[1] / folder) for folder in ("player", "xr", "support")]
 import window_case  # noqa: E402
 import xr_case  # noqa: E402
-
-try:
-    import jsonschema
-except ImportError:  # the schema checks are then left out, and the run says so
-    jsonschema = None
-    print("note: no jsonschema, schemas are not checked", file=sys.stderr)
+from cases import check_schema  # noqa: E402
 
 SOURCE, PLAY, GSC = (pathlib.Path(a).resolve() for a in sys.argv[1:4])
 MANIFEST = pathlib.Path(sys.argv[4]).resolve() if len(sys.argv) > 4 else None
 PATHS = ["aerial", "orbit", "head_turn", "teleport", "zoom_out", "walk_through", "level_swing", "jitter", "wide_eyes", "flight", "stroll",
          "look_around"]
-
-
-def check_schema(name: str, value) -> None:
-    if jsonschema is not None:
-        jsonschema.Draft202012Validator(json.loads((SOURCE / f"schemas/{name}.schema.json").read_text())).validate(value)
 
 
 class MetreTest(unittest.TestCase):

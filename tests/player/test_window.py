@@ -17,14 +17,9 @@ import tempfile
 import time
 import unittest
 
-import window_case
+import window_case  # puts tests/support into the path
+from cases import check_schema
 from window_case import Display, Picture, Window, environment, read_pfm, read_png
-
-try:
-    import jsonschema
-except ImportError:  # the schema checks are then left out, and the run says so
-    jsonschema = None
-    print("note: no jsonschema, schemas are not checked", file=sys.stderr)
 
 SOURCE, PLAY, GSC = (pathlib.Path(a).resolve() for a in sys.argv[1:4])
 CPU = ("--backend", "cpu")
@@ -35,13 +30,6 @@ SAYS = {"1": "^fly$", "2": "^orbit$", "3": "^walk$", "PageDown": "^camera ", "Pa
         "T": "^exact, ", "U": "reuse depth", "G": "^detail 1: together with reuse depth", "V": "colours: level", "O": "^exact, ", ",": "level bias -0.25", ".": "colours: level",
         "R": "^records", "F12": "^wrote .*gsc-0001"}  # at the first press, in the order of the help
 MODELS = {"room": (), "street": ("--model", "octree")}  # without and with levels
-
-
-def check_schema(name: str, *values) -> None:
-    if jsonschema is not None:
-        validator = jsonschema.Draft202012Validator(json.loads((SOURCE / f"schemas/{name}.schema.json").read_text()))
-        for value in values:
-            validator.validate(value)
 
 
 def cameras(path: pathlib.Path) -> list[dict]:

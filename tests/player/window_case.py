@@ -18,15 +18,13 @@ import threading
 import time
 import zlib
 
+sys.path.append(str(pathlib.Path(__file__).parents[1] / "support"))
+from cases import lavapipe  # noqa: E402
+
 SECONDS = 60  # for what takes a fraction of one where nothing else runs
 MARK = "n"  # a key that does nothing
 LAYERS = [folder / "vulkan/explicit_layer.d/VkLayer_khronos_validation.json" for folder in
           map(pathlib.Path, ("/usr/share", "/usr/local/share", "/etc"))]
-
-
-def lavapipe() -> str:
-    """Mesa's driver that draws on the CPU, so that any machine does the same."""
-    return next((str(file) for file in pathlib.Path("/usr/share/vulkan/icd.d").glob("lvp_icd.*.json")), "")
 
 
 def missing() -> str:

@@ -8,18 +8,17 @@ import os
 import pathlib
 import struct
 import subprocess
+import sys
 import threading
 import time
+
+sys.path.append(str(pathlib.Path(__file__).parents[1] / "support"))
+from cases import lavapipe  # noqa: E402
 
 LAYERS = [pathlib.Path(f"{folder}/share/vulkan/explicit_layer.d/VkLayer_khronos_validation.json")
           for folder in ("/usr", "/usr/local")]
 SECONDS = 120
 BACKEND = os.environ.get("GSC_XR_BACKEND", "cpu")
-
-
-def lavapipe() -> str:
-    """Mesa's driver that draws on the CPU, so that any machine does the same."""
-    return next((str(file) for file in pathlib.Path("/usr/share/vulkan/icd.d").glob("lvp_icd.*.json")), "")
 
 
 def missing() -> str:

@@ -11,14 +11,9 @@ import tempfile
 import typing
 import unittest
 
-import xr_case
+import xr_case  # puts tests/support into the path
+from cases import check_schema
 from xr_case import Run, canted, environment, moving_head
-
-try:
-    import jsonschema
-except ImportError:  # the schema checks are then left out, and the run says so
-    jsonschema = None
-    print("note: no jsonschema, schemas are not checked", file=sys.stderr)
 
 SOURCE, PLAY, GSC, MANIFEST = (pathlib.Path(a).resolve() for a in sys.argv[1:5])
 SIZE = (96, 88)
@@ -27,13 +22,6 @@ DEVICES = ("--devices", xr_case.BACKEND)
 HZ = 90
 SECONDS = float(os.environ.get("GSC_XR_SECONDS", "60"))  # of the test of pace
 FAR_AWAY = "hang:1,hang-ms:10000"  # no frame is drawn, and none ends for longer than the session lasts
-
-
-def check_schema(name: str, *values) -> None:
-    if jsonschema is not None:
-        validator = jsonschema.Draft202012Validator(json.loads((SOURCE / f"schemas/{name}.schema.json").read_text()))
-        for value in values:
-            validator.validate(value)
 
 
 class XrCase(unittest.TestCase):
