@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gsc/error.h>
+#include <gsc/utf8.h>
 
+#include <cassert>
 #include <cstdarg>
 #include <cstdio>
 
@@ -31,6 +33,30 @@ const char* errorName(ErrorCode code)
         return "Interrupted";
     }
     return "Internal";
+}
+
+Error::Error(ErrorCode code, const std::string& subject, const std::string& found, const std::string& expected,
+             const std::string& remedy)
+    : std::runtime_error(validUtf8(subject + ": " + found + ", expected " + expected + "; " + remedy)), m_code(code),
+      m_subject(validUtf8(subject)), m_found(validUtf8(found)), m_expected(validUtf8(expected)),
+      m_remedy(validUtf8(remedy))
+{
+    assert(!found.empty() && !expected.empty() && !remedy.empty());
+}
+
+Error Error::about(const std::string& subject) const
+{
+    return Error(m_code, subject, m_found, m_expected, m_remedy).with(m_settings);
+}
+
+std::string Error::withoutSubject() const
+{
+    return m_found + ", expected " + m_expected + "; " + m_remedy;
+}
+
+Error internalError(const std::string& subject, const std::string& found, const std::string& expected)
+{
+    return {ErrorCode::Internal, subject, found, expected, "this is a bug, please report it"};
 }
 
 std::string formatString(const char* format, ...)

@@ -19,21 +19,19 @@ namespace {
 std::span<std::byte> zeroPages(const std::string& path, uint64_t bytes, uint64_t taken)
 {
     if (const uint64_t memory = usableMemory(); memory > 0 && taken > memory)
-        throw Error(ErrorCode::OutOfMemory,
-                    formatString("%s: an archive that takes %.3g GB to read, expected one that fits the %.3g GB that "
-                                 "this machine or container allows; unpack it on a larger one with gsc archive "
-                                 "--extract, its file is read in place",
-                                 path.c_str(), double(taken) * 1e-9, double(memory) * 1e-9));
+        throw Error(
+            ErrorCode::OutOfMemory, path, formatString("an archive that takes %.3g GB to read", double(taken) * 1e-9),
+            formatString("one that fits the %.3g GB that this machine or container allows", double(memory) * 1e-9),
+            "unpack it on a larger one, its file is read in place")
+            .with({Setting::Unpacking});
     // private pages count whole where a process has a limit of memory (boundMemory)
     const int kind = taken < bytes ? MAP_SHARED : MAP_PRIVATE;
     void* const data =
         ::mmap(nullptr, size_t(bytes), PROT_READ | PROT_WRITE, kind | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (data == MAP_FAILED)
-        throw Error(
-            ErrorCode::OutOfMemory,
-            formatString("%s: there is no address space for the %.1f GB of this archive, expected as much; raise "
-                         "the limit of this process",
-                         path.c_str(), double(bytes) * 1e-9));
+        throw Error(ErrorCode::OutOfMemory, path,
+                    formatString("there is no address space for the %.1f GB of this archive", double(bytes) * 1e-9),
+                    "as much", "raise the limit of this process");
 #if defined(__linux__)
     (void)::madvise(data, size_t(bytes), MADV_HUGEPAGE); // advice only
 #endif

@@ -75,18 +75,23 @@ IssueSink throwFirstIssue(const std::string& path)
     return [path](const Issue& issue) {
         if (issue.info->severity == Severity::Warning)
             return;
-        std::string found = issue.detail, remedy;
-        const size_t expected = found.find(", expected ");
-        const bool is_stated = expected != std::string::npos;
-        if (const size_t end = found.find("; ", is_stated ? expected : 0); end != std::string::npos) {
-            remedy = found.substr(end);
+        // the values of an issue are `<found>[, expected <what>][; <what to do>]`
+        constexpr std::string_view kExpected = ", expected ";
+        std::string found = issue.detail, expected = "a file as this gsc knows the format", remedy;
+        const size_t stated = found.find(kExpected);
+        if (const size_t end = found.find("; ", stated == std::string::npos ? 0 : stated); end != std::string::npos) {
+            remedy = found.substr(end + 2) + "; ";
             found.resize(end);
         }
-        throw Error(isUnsupported(*issue.info) ? ErrorCode::Unsupported : ErrorCode::InvalidFile,
-                    formatString("%s: issue %u %s at byte %llu: %s: %s", path.c_str(), issue.info->id, issue.info->name,
-                                 static_cast<unsigned long long>(issue.offset), issue.info->summary, found.c_str()) +
-                        (is_stated ? "" : ", expected a file as this gsc knows the format") + remedy +
-                        "; gsc validate lists everything wrong with it, gsc convert makes it again");
+        if (stated != std::string::npos) {
+            expected = found.substr(stated + kExpected.size());
+            found.resize(stated);
+        }
+        throw Error(isUnsupported(*issue.info) ? ErrorCode::Unsupported : ErrorCode::InvalidFile, path,
+                    formatString("issue %u %s at byte %llu: %s: %s", issue.info->id, issue.info->name,
+                                 static_cast<unsigned long long>(issue.offset), issue.info->summary, found.c_str()),
+                    expected, remedy + "see everything that is wrong with it, or make it again")
+            .with({Setting::Validation, Setting::Conversion});
     };
 }
 

@@ -56,9 +56,7 @@ struct GscWriter::State {
     void append(uint32_t type, uint64_t bytes, uint64_t count, uint32_t flags, uint64_t checksum)
     {
         if (entries.size() >= kMaxSections)
-            throw Error(ErrorCode::Internal,
-                        formatString("%s: more sections, expected at most %u; this is a bug of gsc, please report it",
-                                     path.c_str(), kMaxSections));
+            throw internalError(path, "more sections", formatString("at most %u", kMaxSections));
         SectionEntry entry{};
         entry.type = type;
         entry.version = 1;
@@ -80,11 +78,7 @@ void GscWriter::reserveAnchors(uint64_t bytes)
 {
     State& s = *m_state;
     if (s.has_anchors || !s.entries.empty())
-        throw Error(
-            ErrorCode::Internal,
-            formatString(
-                "%s: ANCH comes behind other sections, expected it first; this is a bug of gsc, please report it",
-                s.path.c_str()));
+        throw internalError(s.path, "ANCH comes behind other sections", "it first");
     reserveBlocks(s.file.descriptor(), s.path, s.cursor, bytes);
     s.has_anchors = true;
     s.anchors_offset = s.cursor;
@@ -96,10 +90,7 @@ void GscWriter::writeAnchors(uint64_t offset, std::span<const std::byte> bytes)
 {
     State& s = *m_state;
     if (offset > s.anchors_bytes || bytes.size() > s.anchors_bytes - offset)
-        throw Error(
-            ErrorCode::Internal,
-            formatString("%s: a write outside ANCH, expected one inside; this is a bug of gsc, please report it",
-                         s.path.c_str()));
+        throw internalError(s.path, "a write outside ANCH", "one inside");
     s.file.writeAt(s.anchors_offset + offset, bytes);
 }
 
@@ -107,9 +98,7 @@ void GscWriter::readAnchors(uint64_t offset, std::span<std::byte> bytes) const
 {
     const State& s = *m_state;
     if (offset > s.anchors_bytes || bytes.size() > s.anchors_bytes - offset)
-        throw Error(ErrorCode::Internal,
-                    formatString("%s: a read outside ANCH, expected one inside; this is a bug of gsc, please report it",
-                                 s.path.c_str()));
+        throw internalError(s.path, "a read outside ANCH", "one inside");
     offset += s.anchors_offset;
     while (!bytes.empty()) {
         const ssize_t done = ::pread(s.file.descriptor(), bytes.data(), bytes.size(), off_t(offset));
@@ -157,9 +146,7 @@ uint64_t GscWriter::finish(const FileHeader& header, uint64_t anchors_checksum)
 {
     State& s = *m_state;
     if (s.finished)
-        throw Error(
-            ErrorCode::Internal,
-            formatString("%s: finished twice, expected once; this is a bug of gsc, please report it", s.path.c_str()));
+        throw internalError(s.path, "finished twice", "once");
     FileHeader out{};
     std::copy(std::begin(kMagic), std::end(kMagic), out.magic);
     out.version_major = kVersionMajor;
@@ -202,8 +189,7 @@ const std::string& GscWriter::temporaryPath() const
 void GscWriter::commit()
 {
     if (!m_state->finished)
-        throw Error(ErrorCode::Internal, m_state->path + ": named before it was finished, expected finish() first; "
-                                                         "this is a bug of gsc, please report it");
+        throw internalError(m_state->path, "named before it was finished", "finish() first");
     m_state->file.commit();
 }
 

@@ -57,8 +57,8 @@ bool interrupted() noexcept
 void throwIfInterrupted()
 {
     if (interrupted())
-        throw Error(ErrorCode::Interrupted,
-                    "interrupted: stopped early, expected to run to the end; run it again (nothing was written)");
+        throw Error(ErrorCode::Interrupted, "interrupted", "stopped early", "to run to the end",
+                    "run it again (nothing was written)");
 }
 
 } // namespace gsc

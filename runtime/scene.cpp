@@ -82,9 +82,9 @@ public:
             expected = formatString("%u", rows[0]);
         else if (rows.size() > 1)
             expected = formatString("one of %zu rows from %u to %u", rows.size(), rows.front(), rows.back());
-        throw Error(ErrorCode::Usage,
-                    formatString("%s: appearance row %d is not in it, expected %s; %s", m_path.c_str(), source_row,
-                                 expected.c_str(), rows.empty() ? "leave --appearance out" : "choose a row it holds"));
+        throw Error(ErrorCode::Usage, m_path, formatString("appearance row %d is not in it", source_row), expected,
+                    rows.empty() ? "leave the row out" : "choose a row it holds")
+            .with({Setting::Appearance});
     }
 
 private:

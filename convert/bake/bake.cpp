@@ -183,10 +183,9 @@ private:
             cameras = sceneCameras(*m_source.scene, "stored", {});
         leaveOutRepeats(cameras); // or the verdict would look from where the weights did
         if (cameras.size() < kFewestCameras)
-            throw Error(ErrorCode::Usage,
-                        formatString("%s: %zu different cameras, expected %zu or more to find weights, steps and a "
-                                     "verdict from; pass --cameras FILE",
-                                     m_options.name.c_str(), cameras.size(), kFewestCameras));
+            throw Error(ErrorCode::Usage, m_options.name, formatString("%zu different cameras", cameras.size()),
+                        formatString("%zu or more to find weights, steps and a verdict from", kFewestCameras),
+                        "pass --cameras FILE");
         m_poses = splitPoses(std::move(cameras), m_options.limits);
         m_report.weight_poses = m_poses.weights.size();
     }
@@ -235,13 +234,13 @@ private:
     [[noreturn]] void refuse(const SetScore& score, const char* set, const char* why) const
     {
         const PoseScore& worst = score.worstPose();
-        throw Error(
-            ErrorCode::Difference,
-            formatString("%s: the pictures of the %s have PSNR %.2f dB pooled and %.2f dB at %s, expected %.2f and "
-                         "%.2f (%s); nothing was written, pass another --target-psnr or --min-view-psnr, more "
-                         "--cameras or fewer --levers%s",
-                         m_options.name.c_str(), set, score.psnr, worst.psnr, worst.name.c_str(), m_report.target,
-                         m_report.min_view, why, m_options.levers & kLeverCompact ? ", or leave --compact out" : ""));
+        throw Error(ErrorCode::Difference, m_options.name,
+                    formatString("the pictures of the %s have PSNR %.2f dB pooled and %.2f dB at %s", set, score.psnr,
+                                 worst.psnr, worst.name.c_str()),
+                    formatString("%.2f and %.2f (%s)", m_report.target, m_report.min_view, why),
+                    formatString("nothing was written, pass another --target-psnr or --min-view-psnr, more --cameras "
+                                 "or fewer --levers%s",
+                                 m_options.levers & kLeverCompact ? ", or leave --compact out" : ""));
     }
 
     void write(bool last)
@@ -258,8 +257,8 @@ private:
         FileAnchors source(files, places, &*m_model);
         checkpoint.anchor_count = places.size();
         if (checkpoint.anchor_count == 0)
-            throw Error(ErrorCode::Difference, m_options.name + ": no anchor would be left, expected one; no pose sees "
-                                                                "any, pass other --cameras");
+            throw Error(ErrorCode::Difference, m_options.name, "no anchor would be left", "one",
+                        "no pose sees any, pass other --cameras");
         WriteOptions write;
         write.output = m_output;
         write.overwrite = m_options.overwrite;
@@ -289,11 +288,11 @@ private:
         file.letGo(file.bytes());
         m_report.after = {file.bytes().size(), archiveSize(file, view, m_options.threads)};
         if (m_options.max_bytes > 0 && m_report.after.archive.file > m_options.max_bytes)
-            throw Error(ErrorCode::Difference,
-                        formatString("%s: its archive would have %llu bytes, expected at most %llu of --max-bytes; "
-                                     "nothing was written, pass a lower --target-psnr or more bytes",
-                                     m_output.c_str(), (unsigned long long)m_report.after.archive.file,
-                                     (unsigned long long)m_options.max_bytes));
+            throw Error(
+                ErrorCode::Difference, m_output,
+                formatString("its archive would have %llu bytes", (unsigned long long)m_report.after.archive.file),
+                formatString("at most %llu of --max-bytes", (unsigned long long)m_options.max_bytes),
+                "nothing was written, pass a lower --target-psnr or more bytes");
     }
 
     BakeOptions m_options;

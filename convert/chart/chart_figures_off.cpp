@@ -14,10 +14,9 @@ std::string figuresMissing()
 std::vector<FigureFile> drawFigures(const nlohmann::ordered_json& /*model*/,
                                     const std::function<void(size_t done, size_t total)>& /*progress*/)
 {
-    throw Error(ErrorCode::Unsupported,
-                "figures: this gsc was built without " + figuresMissing() +
-                    ", expected it for --figures; install it and build with -DGSC_WITH_FIGURES=ON, or leave --figures "
-                    "out: the page has the same figures");
+    throw Error(
+        ErrorCode::Unsupported, "figures", "this gsc was built without " + figuresMissing(), "it for --figures",
+        "install it and build with -DGSC_WITH_FIGURES=ON, or leave --figures out: the page has the same figures");
 }
 
 } // namespace gsc

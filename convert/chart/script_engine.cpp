@@ -15,13 +15,9 @@ namespace {
     const std::string message = duk_safe_to_string(context, -1);
     duk_pop(context);
     if (message.find("alloc failed") != message.npos)
-        throw Error(ErrorCode::OutOfMemory,
-                    formatString("%s: the script engine ran out of memory, expected enough for every run; chart fewer "
-                                 "runs at a time, or leave --figures out",
-                                 name));
-    throw Error(ErrorCode::Internal,
-                formatString("%s: the script failed (%s), expected it to draw; this is a bug of gsc, please report it",
-                             name, message.c_str()));
+        throw Error(ErrorCode::OutOfMemory, name, "the script engine ran out of memory", "enough for every run",
+                    "chart fewer runs at a time, or leave --figures out");
+    throw internalError(name, "the script failed (" + message + ")", "it to draw");
 }
 
 struct Call {
@@ -60,9 +56,8 @@ void ScriptEngine::Free::operator()(void* context) const
 ScriptEngine::ScriptEngine() : m_context(duk_create_heap_default())
 {
     if (!m_context)
-        throw Error(
-            ErrorCode::OutOfMemory,
-            "the script engine: no memory for it, expected enough; close other programs, or leave --figures out");
+        throw Error(ErrorCode::OutOfMemory, "the script engine", "no memory for it", "enough",
+                    "close other programs, or leave --figures out");
 }
 
 void ScriptEngine::run(std::string_view script, const char* name)

@@ -29,10 +29,7 @@ using Context = std::unique_ptr<cairo_t, Release<cairo_t, cairo_destroy>>;
 
 [[noreturn]] void throwPicture(const std::string& name, const char* why)
 {
-    throw Error(ErrorCode::Internal,
-                formatString("%s: cannot be turned into a PNG (%s), expected it to be drawn; this is a bug of gsc, "
-                             "please report it, and take the figure from the page",
-                             name.c_str(), why));
+    throw internalError(name, formatString("cannot be turned into a PNG (%s)", why), "it to be drawn");
 }
 
 cairo_status_t appendBytes(void* closure, const unsigned char* data, unsigned int length)

@@ -60,10 +60,9 @@ ErrorCode runArchive(const ArchiveCommand& options, Reporter& report)
     const MappedFile mapped(options.file);
     refuseStandIn(mapped.bytes(), mapped.bytes().size(), options.file);
     if (isArchive(mapped.bytes()) != options.extract)
-        throw Error(ErrorCode::Usage,
-                    options.extract
-                        ? options.file + ": a runtime file, expected an archive; leave --extract out to make one"
-                        : options.file + ": an archive already, expected a runtime file; --extract writes that");
+        throw Error(ErrorCode::Usage, options.file, options.extract ? "a runtime file" : "an archive already",
+                    options.extract ? "an archive" : "a runtime file",
+                    options.extract ? "leave --extract out to make one" : "--extract writes that");
     const IssueSink sink = throwFirstIssue(options.file);
     const GscFile file(options.file, sink, GscFile::Read::All, options.archive.threads);
     GscView view;

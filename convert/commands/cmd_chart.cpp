@@ -49,10 +49,9 @@ void checkOutputs(const ChartOptions& options, const Reporter& report)
     if (options.figures.empty())
         return;
     if (const std::string missing = figuresMissing(); !missing.empty())
-        throw Error(ErrorCode::Unsupported,
-                    "--figures: this gsc was built without " + missing +
-                        ", expected Duktape and librsvg; install duktape-dev and librsvg2-dev and build it again, or "
-                        "leave --figures out: the page has the same figures");
+        throw Error(ErrorCode::Unsupported, "--figures", "this gsc was built without " + missing, "Duktape and librsvg",
+                    "install duktape-dev and librsvg2-dev and build it again, or leave --figures out: the page has the "
+                    "same figures");
     checkOutputFolder(options.figures, options.overwrite);
 }
 
@@ -89,8 +88,9 @@ const char* nameOf(PageKind kind)
 void checkOneKind(const ChartInput& input, const std::string& path, PageKind kind)
 {
     if (input.kind && *input.kind != kind)
-        throw Error(ErrorCode::Usage, path + ": holds " + nameOf(kind) + ", expected " + nameOf(*input.kind) +
-                                          " as in the files before it; draw them with a command of their own");
+        throw Error(ErrorCode::Usage, path, std::string("holds ") + nameOf(kind),
+                    std::string(nameOf(*input.kind)) + " as in the files before it",
+                    "draw them with a command of their own");
 }
 
 ChartInput readInput(const ChartOptions& options, Reporter& report)
@@ -120,8 +120,8 @@ ChartInput readInput(const ChartOptions& options, Reporter& report)
         report.warning(note);
     if (runs.rows.empty())
         throw Error(ErrorCode::InvalidFile,
-                    options.inputs.front() + (options.inputs.size() > 1 ? " and the others" : "") +
-                        ": no line of gsc.run/1 in it, expected at least one; gsc-play bench --sweep writes them");
+                    options.inputs.front() + (options.inputs.size() > 1 ? " and the others" : ""),
+                    "no line of gsc.run/1 in it", "at least one", "gsc-play bench --sweep writes them");
     return found;
 }
 

@@ -31,9 +31,8 @@ int parseAppearance(const std::string& text)
         return -1;
     const bool digits = !text.empty() && text.size() < 9 && text.find_first_not_of("0123456789") == std::string::npos;
     if (!digits)
-        throw Error(ErrorCode::Usage,
-                    "--appearance " + text +
-                        ": not a row, expected a row of the embedding (0, 1, ...) or all; correct it or leave it out");
+        throw Error(ErrorCode::Usage, "--appearance " + text, "not a row", "a row of the embedding (0, 1, ...) or all",
+                    "correct it or leave it out");
     return std::stoi(text);
 }
 
@@ -67,15 +66,6 @@ std::vector<NamedPath> filesOf(const Checkpoint& checkpoint, const std::string& 
     return files;
 }
 
-// The error with another name for the file that it is about.
-Error errorAbout(const Error& error, const std::string& path, const std::string& name)
-{
-    std::string message = error.what();
-    if (const size_t at = message.find(path); at != std::string::npos)
-        message.replace(at, path.size(), name);
-    return {error.code(), message};
-}
-
 // Throws unless the file holds every value of the checkpoint bit for bit. `path` is where it lies until it is `output`.
 void verifyFile(const Checkpoint& checkpoint, const std::string& path, const std::string& output,
                 const WriteProgress& progress)
@@ -84,12 +74,14 @@ void verifyFile(const Checkpoint& checkpoint, const std::string& path, const std
     try {
         comparison = compareCheckpoint(checkpoint, path, progress);
     } catch (const Error& error) {
-        throw errorAbout(error, path, output);
+        if (error.subject() == path)
+            throw error.about(output);
+        throw;
     }
     if (!comparison.equal)
-        throw Error(ErrorCode::Internal, output + ": would differ from the checkpoint (" + comparison.summary() +
-                                             "), expected no difference; nothing was written, this is a bug of gsc, "
-                                             "please report it");
+        throw internalError(output,
+                            "not written, because it would differ from the checkpoint (" + comparison.summary() + ")",
+                            "no difference");
 }
 
 ErrorCode runConvert(const ConvertOptions& options, Reporter& report)

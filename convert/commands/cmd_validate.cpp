@@ -56,12 +56,12 @@ ErrorCode listIssues(Reporter& report)
 ErrorCode runValidate(const ValidateOptions& options, Reporter& report)
 {
     if (options.list_issues && !options.input.empty())
-        throw Error(ErrorCode::Usage, "--list-issues: found with FILE, which it does not read, expected one of the "
-                                      "two; leave one out");
+        throw Error(ErrorCode::Usage, "--list-issues", "found with FILE, which it does not read", "one of the two",
+                    "leave one out");
     if (options.list_issues)
         return listIssues(report);
     if (options.input.empty())
-        throw Error(ErrorCode::Usage, "FILE: not given, expected it behind gsc validate; see gsc validate --help");
+        throw Error(ErrorCode::Usage, "FILE", "not given", "it behind gsc validate", "see gsc validate --help");
 
     IssueCounts counts;
     Json messages = Json::array();

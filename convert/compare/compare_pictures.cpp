@@ -25,18 +25,15 @@ std::map<std::string, std::string> picturesOf(const std::string& folder)
             continue;
         const auto [other, is_new] = pictures.emplace(path.stem().string(), path.string());
         if (!is_new)
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: the same name as %s, expected one picture of a name; move one away",
-                                     path.string().c_str(), other->second.c_str()));
+            throw Error(ErrorCode::InvalidFile, path.string(), "the same name as " + other->second,
+                        "one picture of a name", "move one away");
     }
     if (error)
-        throw Error(ErrorCode::Io,
-                    formatString("%s: cannot be read (%s), expected a folder of pictures; check the path",
-                                 folder.c_str(), error.message().c_str()));
+        throw Error(ErrorCode::Io, folder, "cannot be read (" + error.message() + ")", "a folder of pictures",
+                    "check the path");
     if (pictures.empty())
-        throw Error(ErrorCode::InvalidFile, formatString("%s: holds no picture, expected files with the extension %s; "
-                                                         "pass another folder",
-                                                         folder.c_str(), imageExtensions().c_str()));
+        throw Error(ErrorCode::InvalidFile, folder, "holds no picture", "files with the extension " + imageExtensions(),
+                    "pass another folder");
     return pictures;
 }
 
@@ -45,10 +42,9 @@ ScoredPicture compareFiles(const std::string& name, const std::string& reference
 {
     const Image expected = readImage(reference), actual = readImage(picture);
     if (actual.width != expected.width || actual.height != expected.height)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: %ux%u pixels, expected the %ux%u of %s; draw both with one --size",
-                                 picture.c_str(), actual.width, actual.height, expected.width, expected.height,
-                                 reference.c_str()));
+        throw Error(ErrorCode::InvalidFile, picture, formatString("%ux%u pixels", actual.width, actual.height),
+                    formatString("the %ux%u of %s", expected.width, expected.height, reference.c_str()),
+                    "draw both with one --size");
     return scorePicture(name, expected, actual, lpips);
 }
 
@@ -65,8 +61,7 @@ PictureSet comparePictures(const std::string& reference, const std::string& pict
     const std::map<std::string, std::string> wanted = picturesOf(reference), found = picturesOf(pictures);
     for (const auto& [name, path] : wanted) // told before any is read
         if (!found.contains(name))
-            throw Error(ErrorCode::Io, formatString("%s: no picture of the name %s, expected one for %s; draw it too",
-                                                    pictures.c_str(), name.c_str(), path.c_str()));
+            throw Error(ErrorCode::Io, pictures, "no picture of the name " + name, "one for " + path, "draw it too");
     for (const auto& [name, path] : wanted) {
         throwIfInterrupted();
         report.progress("pictures", set.views.size(), wanted.size());

@@ -113,14 +113,13 @@ std::vector<TrainerPicture> picturesIn(const std::string& folder, const Scene& s
     if (folder.empty())
         return {};
     if (!fs::is_directory(folder))
-        throw Error(ErrorCode::Io,
-                    folder + ": is no folder, expected the trainer's pictures; check the path of --golden");
+        throw Error(ErrorCode::Io, folder, "is no folder", "the trainer's pictures", "check the path of --golden");
     auto pictures = fs::is_regular_file(folder + "/cameras.json") ? picturesOfGolden(folder)
                                                                   : picturesOfTest(folder, scene.cameras());
     if (pictures.empty())
-        throw Error(ErrorCode::InvalidFile, folder + ": holds no picture with a known camera, expected NAME.png and "
-                                                     "cameras.json, or NNNNN.png of the test cameras stored in the "
-                                                     "file; pass another folder to --golden or leave it out");
+        throw Error(ErrorCode::InvalidFile, folder, "holds no picture with a known camera",
+                    "NAME.png and cameras.json, or NNNNN.png of the test cameras stored in the file",
+                    "pass another folder to --golden or leave it out");
     return pictures;
 }
 
@@ -178,8 +177,8 @@ RenderComparison compareRenders(const Checkpoint& checkpoint, const std::string&
     }
     compareWithTrainer(pictures, fast, lpips.get(), report, result);
     if (result.reference.views.empty() && result.trainer.views.empty())
-        throw Error(ErrorCode::Usage, file + ": stores no camera, expected views to render; pass --cameras FILE or "
-                                             "--golden DIR");
+        throw Error(ErrorCode::Usage, file, "stores no camera", "views to render",
+                    "pass --cameras FILE or --golden DIR");
     report.endProgress(false);
     for (const PictureSet* set : {&result.reference, &result.trainer})
         if (result.lpips_missing.empty())

@@ -37,18 +37,18 @@ public:
     {
         const auto found = std::ranges::find(m_archive.tensors, name, &NamedTensor::name);
         if (found == m_archive.tensors.end())
-            invalid("has no tensor '" + name + "', expected one of " + shapeText(shape));
+            invalid("has no tensor '" + name + "'", "one of " + shapeText(shape));
         if (found->shape != shape)
-            invalid("tensor '" + name + "' is " + shapeText(found->shape) + ", expected " + shapeText(shape));
+            invalid("tensor '" + name + "' is " + shapeText(found->shape), shapeText(shape));
         if (!std::ranges::all_of(found->values, [](float value) { return std::isfinite(value); }))
-            invalid("tensor '" + name + "' holds values that are not finite, expected numbers");
+            invalid("tensor '" + name + "' holds values that are not finite", "numbers");
         return std::move(found->values);
     }
 
 private:
-    [[noreturn]] void invalid(const std::string& message) const
+    [[noreturn]] void invalid(const std::string& found, const std::string& expected) const
     {
-        throw Error(ErrorCode::InvalidFile, m_path + ": " + message + "; pass " + m_advice);
+        throw Error(ErrorCode::InvalidFile, m_path, found, expected, "pass " + m_advice);
     }
 
     std::string m_path, m_advice;

@@ -54,16 +54,16 @@ std::vector<TrainerPicture> picturesOfGolden(const std::string& folder)
         for (const nlohmann::json& entry : nlohmann::json::parse(text)) {
             const Camera camera = goldenCamera(entry);
             if (!isUsable(camera))
-                throw Error(ErrorCode::InvalidFile, path + ": camera " + camera.name +
-                                                        " has an angle or size out of range, expected a pinhole camera "
-                                                        "of 1 to 65536 pixels a side; export the cameras again");
+                throw Error(ErrorCode::InvalidFile, path,
+                            "camera " + camera.name + " has an angle or size out of range",
+                            "a pinhole camera of 1 to 65536 pixels a side", "export the cameras again");
             pictures.push_back({folder + "/" + camera.name + ".png", camera});
         }
     } catch (const nlohmann::json::exception& error) {
-        throw Error(ErrorCode::InvalidFile,
-                    path + ": " + error.what() +
-                        ", expected a list of cameras with image_name, R_camera_to_world, T_world_to_camera, FoVx, "
-                        "FoVy, width, height; export the cameras again");
+        throw Error(
+            ErrorCode::InvalidFile, path, error.what(),
+            "a list of cameras with image_name, R_camera_to_world, T_world_to_camera, FoVx, FoVy, width, height",
+            "export the cameras again");
     }
     return pictures;
 }

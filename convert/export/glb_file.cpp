@@ -105,10 +105,10 @@ void writeGaussianGlb(const GaussianSet& set, const PieceSink& write)
     json.resize((json.size() + 3) / 4 * 4, ' ');
     const uint64_t all = 12 + 8 + json.size() + 8 + bytes;
     if (all > UINT32_MAX)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("glb: %zu Gaussians of degree %d take %llu bytes, expected at most 4 GiB; choose a "
-                                 "lower --sh, --max-gaussians, or --to ply",
-                                 set.size(), set.degree, static_cast<unsigned long long>(all)));
+        throw Error(ErrorCode::Unsupported, "glb",
+                    formatString("%zu Gaussians of degree %d take %llu bytes", set.size(), set.degree,
+                                 static_cast<unsigned long long>(all)),
+                    "at most 4 GiB", "choose a lower --sh, --max-gaussians, or --to ply");
     const uint32_t head[5] = {0x46546c67u, 2, uint32_t(all), uint32_t(json.size()), 0x4e4f534au}; // glTF, JSON
     const uint32_t binary[2] = {uint32_t(bytes), 0x004e4942u};                                    // BIN
     write(std::as_bytes(std::span(head)));

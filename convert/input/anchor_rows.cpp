@@ -16,9 +16,8 @@ constexpr float kDefaultOpacity = -2.1972246f;
 
 [[noreturn]] void throwMissing(const std::string& name, const std::string& text)
 {
-    throw Error(ErrorCode::InvalidFile, name + ": " + text +
-                                            ", expected the columns of a Scaffold-GS or Octree-GS anchor; pass the "
-                                            "point_cloud.ply that the trainer wrote");
+    throw Error(ErrorCode::InvalidFile, name, text, "the columns of a Scaffold-GS or Octree-GS anchor",
+                "pass the point_cloud.ply that the trainer wrote");
 }
 
 uint32_t floatColumn(const PlyHeader& header, const std::string& column, const std::string& name)
@@ -27,9 +26,8 @@ uint32_t floatColumn(const PlyHeader& header, const std::string& column, const s
     if (!found)
         throwMissing(name, "column '" + column + "' is missing");
     if (!found->is_float) // which other programs write, and the trainers' loaders read
-        throw Error(ErrorCode::Unsupported, name + ": column '" + column +
-                                                "' is not float32, expected it as the trainers write it; pass the "
-                                                "point_cloud.ply that the trainer wrote");
+        throw Error(ErrorCode::Unsupported, name, "column '" + column + "' is not float32",
+                    "it as the trainers write it", "pass the point_cloud.ply that the trainer wrote");
     return found->offset;
 }
 
@@ -107,11 +105,10 @@ void copyLevels(const Rows& rows, const std::vector<uint32_t>& offsets, uint64_t
         const float value = load(row, offsets[0]);
         // written so that NaN is refused; the conversion truncates as upstream's loader does
         if (!(value > -1.0f && value < float(kMaxAnchorLevel + 1)))
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: level of vertex %llu is %g, expected 0 to %d; the file is damaged, copy it "
-                                     "again",
-                                     name.c_str(), static_cast<unsigned long long>(first_row + i), double(value),
-                                     kMaxAnchorLevel));
+            throw Error(ErrorCode::InvalidFile, name,
+                        formatString("level of vertex %llu is %g", static_cast<unsigned long long>(first_row + i),
+                                     double(value)),
+                        formatString("0 to %d", kMaxAnchorLevel), "the file is damaged, copy it again");
         level[i] = int32_t(value);
     }
 }

@@ -22,8 +22,8 @@ public:
     {
         if (m_file.header().row_count != checkpoint.anchor_count || m_columns.feature.size() != checkpoint.feat_dim ||
             m_columns.offset.size() != 3 * size_t(checkpoint.n_offsets))
-            throw Error(ErrorCode::Io, checkpoint.ply_path + ": changed since the checkpoint was read, expected the "
-                                                             "same file; run the command again");
+            throw Error(ErrorCode::Io, checkpoint.ply_path, "changed since the checkpoint was read", "the same file",
+                        "run the command again");
         m_block_rows = std::max<size_t>(1, kBlockBytes / m_file.header().row_bytes);
     }
 

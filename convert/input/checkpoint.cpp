@@ -35,9 +35,8 @@ ConfigFile readConfig(const CheckpointFiles& files, bool any_gs, Checkpoint& che
     const ConfigValue tree = parseYaml(checkpoint.cfg_args, config.path);
     const ConfigValue* const model = tree.find("model_params");
     if (!model || model->keys.empty())
-        throw Error(ErrorCode::InvalidFile,
-                    config.path + ": holds no settings of a model, expected them below 'model_params' as Octree-AnyGS "
-                                  "writes them; restore the file, or remove it");
+        throw Error(ErrorCode::InvalidFile, config.path, "holds no settings of a model",
+                    "them below 'model_params' as Octree-AnyGS writes them", "restore the file, or remove it");
     config.values = *model;
     if (const ConfigValue* optim = tree.find("optim_params"))
         config.optim = *optim;
@@ -57,20 +56,20 @@ std::string ConfigFile::modelKey(const char* key) const
 ModelFamily detectFamily(const PlyHeader& header, const std::string& path)
 {
     if (header.find("f_dc_0"))
-        throw Error(ErrorCode::Unsupported,
-                    path + ": has columns f_dc_<n>, so this is " +
+        throw Error(ErrorCode::Unsupported, path,
+                    std::string("has columns f_dc_<n>, so this is ") +
                         (header.find("f_offset_0") ? "an Octree-AnyGS model of explicit 3DGS or 2DGS Gaussians"
-                                                   : "a plain 3DGS or 2DGS model") +
-                        ", expected anchors with MLPs; train with Scaffold-GS or Octree-GS");
+                                                   : "a plain 3DGS or 2DGS model"),
+                    "anchors with MLPs", "train with Scaffold-GS or Octree-GS");
     if (header.find("filter_3D"))
-        throw Error(ErrorCode::Unsupported,
-                    path +
-                        ": has a column filter_3D, by which its trainer widens every Gaussian as Mip-Splatting does, "
-                        "expected Scaffold-GS or Octree-GS without it; train with one of these");
+        throw Error(ErrorCode::Unsupported, path,
+                    "has a column filter_3D, by which its trainer widens every Gaussian as Mip-Splatting does",
+                    "Scaffold-GS or Octree-GS without it", "train with one of these");
     if (header.find("f_mask_0"))
-        throw Error(ErrorCode::Unsupported,
-                    path + ": has columns f_mask_<n>, so this is a HAC model, whose features must first be quantised "
-                           "by its context model, expected Scaffold-GS or Octree-GS; train with one of these");
+        throw Error(ErrorCode::Unsupported, path,
+                    "has columns f_mask_<n>, so this is a HAC model, whose features must first be quantised by its "
+                    "context model",
+                    "Scaffold-GS or Octree-GS", "train with one of these");
     if (header.find("info"))
         return ModelFamily::OctreeGs;
     return header.find("nx") && !header.find("level") ? ModelFamily::ScaffoldGs : ModelFamily::OctreeAnyGs;
@@ -89,13 +88,12 @@ Checkpoint readCheckpoint(const std::string& path, const CheckpointOptions& opti
     checkpoint.family = detectFamily(ply.header(), files.ply);
     const AnchorColumns columns = findAnchorColumns(ply.header(), files.ply);
     if (ply.header().row_count == 0)
-        throw Error(ErrorCode::InvalidFile,
-                    files.ply + ": has no vertices, expected at least one anchor; train longer");
+        throw Error(ErrorCode::InvalidFile, files.ply, "has no vertices", "at least one anchor", "train longer");
     if (columns.feature.size() > 1024 || columns.offset.size() > 3 * 256)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("%s: has %zu feature values and %zu offsets per anchor, expected at most 1024 and "
-                                 "256; train with fewer",
-                                 files.ply.c_str(), columns.feature.size(), columns.offset.size() / 3));
+        throw Error(ErrorCode::Unsupported, files.ply,
+                    formatString("has %zu feature values and %zu offsets per anchor", columns.feature.size(),
+                                 columns.offset.size() / 3),
+                    "at most 1024 and 256", "train with fewer");
     checkpoint.anchor_count = ply.header().row_count;
     checkpoint.feat_dim = uint32_t(columns.feature.size());
     checkpoint.n_offsets = uint32_t(columns.offset.size() / 3);

@@ -85,9 +85,9 @@ std::vector<SourceCamera> readTransforms(const CheckpointFiles& files, uint32_t 
             size_t shifted = 0;
             for (const Camera& camera : readCameraFile(path, nullptr, {true, CamerasTransform::Told, &told})) {
                 if (!representable(camera))
-                    throw Error(ErrorCode::InvalidFile, path + ": camera '" + camera.name +
-                                                            "' has no image size or a matrix that scales, expected a "
-                                                            "size and a rotation; export the cameras again");
+                    throw Error(ErrorCode::InvalidFile, path,
+                                "camera '" + camera.name + "' has no image size or a matrix that scales",
+                                "a size and a rotation", "export the cameras again");
                 cameras.push_back(fromCamera(camera, int(cameras.size())));
                 cameras.back().is_test = is_test;
                 cameras.back().appearance = row < embedding_rows ? int(row) : -1;

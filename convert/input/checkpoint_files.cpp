@@ -25,8 +25,8 @@ std::vector<std::string> listNames(const fs::path& folder)
     for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
         names.push_back(it->path().filename().string());
     if (error)
-        throw Error(ErrorCode::Io, folder.string() + ": cannot be listed (" + error.message() +
-                                       "), expected a readable folder; check the path and its permissions");
+        throw Error(ErrorCode::Io, folder.string(), "cannot be listed (" + error.message() + ")", "a readable folder",
+                    "check the path and its permissions");
     std::sort(names.begin(), names.end());
     return names;
 }
@@ -58,23 +58,23 @@ std::string join(const std::vector<std::string>& names, size_t most = 8)
 // Files that show which other method wrote the folder.
 void refuseOtherMethods(const fs::path& folder, const std::vector<std::string>& names)
 {
-    const auto refuse = [&](const std::string& found, const char* what) {
-        throw Error(ErrorCode::Unsupported, (folder / found).string() + ": " + what);
-    };
     for (const std::string& name : names) {
+        const auto refuse = [&](const char* is, const char* expected, const char* remedy) {
+            throw Error(ErrorCode::Unsupported, (folder / name).string(), is, expected, remedy);
+        };
         const std::string_view view = name;
         if (view == "sogs_config.json" || view.starts_with("second_order_mlp"))
-            refuse(name, "belongs to a SOGS model, whose MLPs take second-order features, expected a Scaffold-GS or "
-                         "Octree-GS model; train without second-order anchors");
+            refuse("belongs to a SOGS model, whose MLPs take second-order features", "a Scaffold-GS or Octree-GS model",
+                   "train without second-order anchors");
         if (view == "point_cloud_quantized.npz")
-            refuse(name, "is a quantised model that its trainer reads instead of the PLY, expected an unquantised "
-                         "one; move the npz away to convert the PLY beside it");
+            refuse("is a quantised model that its trainer reads instead of the PLY", "an unquantised one",
+                   "move the npz away to convert the PLY beside it");
         if (view.starts_with("point_cloud_rk") || (view.starts_with("_rk") && view.ends_with(".pt")))
-            refuse(name, "is one rank's part of a distributed CityGS-X model, expected one point_cloud.ply; merge the "
-                         "ranks and save again on one GPU");
+            refuse("is one rank's part of a distributed CityGS-X model", "one point_cloud.ply",
+                   "merge the ranks and save again on one GPU");
         if (view.ends_with(".ckpt") || view == "nerfstudio_models")
-            refuse(name, "is a nerfstudio checkpoint, expected a point_cloud.ply with MLP files; export the model in "
-                         "the layout of Scaffold-GS");
+            refuse("is a nerfstudio checkpoint", "a point_cloud.ply with MLP files",
+                   "export the model in the layout of Scaffold-GS");
     }
 }
 
@@ -82,10 +82,9 @@ void refuseTrainingState(const fs::path& folder, const std::vector<std::string>&
 {
     for (const std::string& name : names)
         if (name.starts_with("chkpnt") && name.ends_with(".pth"))
-            throw Error(ErrorCode::Unsupported, (folder / name).string() +
-                                                    ": is the state of a training run and holds no anchor features, "
-                                                    "expected point_cloud/iteration_<n>; save the model with "
-                                                    "--save_iterations");
+            throw Error(ErrorCode::Unsupported, (folder / name).string(),
+                        "is the state of a training run and holds no anchor features", "point_cloud/iteration_<n>",
+                        "save the model with --save_iterations");
 }
 
 bool contains(const std::vector<std::string>& names, std::string_view name)
@@ -112,9 +111,9 @@ fs::path chooseIteration(const fs::path& point_cloud, const std::vector<std::str
         std::vector<std::string> found;
         for (const auto& [number, name] : iterations)
             found.push_back(std::to_string(number));
-        throw Error(ErrorCode::Usage, formatString("%s: has no iteration_%d, found %s, expected it for --iteration; "
-                                                   "pass one that was found, or leave --iteration out",
-                                                   point_cloud.c_str(), wanted, join(found).c_str()));
+        throw Error(ErrorCode::Usage, point_cloud,
+                    formatString("has no iteration_%d, found %s", wanted, join(found).c_str()), "it for --iteration",
+                    "pass one that was found, or leave --iteration out");
     }
     if (!foreign.empty() && !contains(names, "point_cloud.ply"))
         warnings.push_back(point_cloud.string() + ": ignored " + join(foreign) + ", which is no iteration_<n>");
@@ -169,10 +168,9 @@ void requirePly(CheckpointFiles& files)
         return;
     }
     refuseTrainingState(folder, files.file_names);
-    throw Error(ErrorCode::InvalidFile,
-                files.folder + ": no anchors, found " + join(files.file_names) +
-                    ", expected point_cloud.ply, point_cloud/iteration_<n>/point_cloud.ply or "
-                    "iteration_<n>/point_cloud.ply; pass the folder the trainer wrote, or the PLY itself");
+    throw Error(ErrorCode::InvalidFile, files.folder, "no anchors, found " + join(files.file_names),
+                "point_cloud.ply, point_cloud/iteration_<n>/point_cloud.ply or iteration_<n>/point_cloud.ply",
+                "pass the folder the trainer wrote, or the PLY itself");
 }
 
 void findInFile(const fs::path& path, CheckpointFiles& files)
@@ -185,9 +183,8 @@ void findInFile(const fs::path& path, CheckpointFiles& files)
         std::error_code error;
         if (fs::is_regular_file(path, error))
             (void)InputFile(path.string()); // which says it where the file only stands for another
-        throw Error(ErrorCode::InvalidFile, path.string() +
-                                                ": is neither a folder nor a PLY, expected a trained model; "
-                                                "pass its folder or its point_cloud.ply");
+        throw Error(ErrorCode::InvalidFile, path.string(), "is neither a folder nor a PLY", "a trained model",
+                    "pass its folder or its point_cloud.ply");
     }
     files.folder = folder.string();
     files.ply = path.string();
@@ -238,20 +235,19 @@ CheckpointFiles findCheckpointFiles(const std::string& path, const CheckpointOpt
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
     if (error || !fs::exists(status))
-        throw Error(ErrorCode::Io, path + ": does not exist, expected a trained model; check the path");
+        throw Error(ErrorCode::Io, path, "does not exist", "a trained model", "check the path");
     if (fs::is_directory(status))
         findInFolder(path, options.iteration, files);
     else
         findInFile(path, files);
     files.iteration = iterationOf(named(files.folder).filename().string()).value_or(-1);
     if (options.iteration >= 0 && files.iteration != options.iteration)
-        throw Error(ErrorCode::Usage, formatString("%s: is another iteration, expected iteration %d as --iteration "
-                                                   "says; pass the model folder, or leave --iteration out",
-                                                   files.folder.c_str(), options.iteration));
+        throw Error(ErrorCode::Usage, files.folder, "is another iteration",
+                    formatString("iteration %d as --iteration says", options.iteration),
+                    "pass the model folder, or leave --iteration out");
     std::error_code ignored_scene;
     if (!options.scene_dir.empty() && !fs::is_directory(options.scene_dir, ignored_scene))
-        throw Error(ErrorCode::Io,
-                    options.scene_dir + ": is no folder, expected the scene's; check the path of --scene-dir");
+        throw Error(ErrorCode::Io, options.scene_dir, "is no folder", "the scene's", "check the path of --scene-dir");
     files.side_dirs = sideFolders(files.folder, options.scene_dir);
     if (!options.scene_dir.empty())
         warnOfHiddenFiles(options.scene_dir, files);

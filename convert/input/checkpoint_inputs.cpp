@@ -27,10 +27,11 @@ const std::string& fileOf(const Checkpoint& checkpoint, size_t i)
 void checkShape(const Mlp& mlp, uint32_t hidden, uint32_t out, const std::string& path)
 {
     if (mlp.layers[0].out != hidden || mlp.layers[1].out != out)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: %s has %u hidden values and %u results, expected %u and %u for the columns of "
-                                 "the PLY; PLY and weights belong to different models",
-                                 path.c_str(), mlpName(mlp.kind), mlp.layers[0].out, mlp.layers[1].out, hidden, out));
+        throw Error(ErrorCode::InvalidFile, path,
+                    formatString("%s has %u hidden values and %u results", mlpName(mlp.kind), mlp.layers[0].out,
+                                 mlp.layers[1].out),
+                    formatString("%u and %u for the columns of the PLY", hidden, out),
+                    "PLY and weights belong to different models");
 }
 
 // Values a head takes besides feature, direction and appearance.
@@ -41,15 +42,14 @@ uint32_t extraInputs(const Mlp& mlp, uint32_t feat_dim, uint32_t appearance, uin
     if (width >= base && width - base <= most)
         return width - base;
     if (mlp.kind == MlpKind::Color && appearance == 0 && width > base)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: color_mlp takes %u values, expected %u; the other %u are an appearance embedding "
-                                 "that is missing, copy embedding_appearance.pt too",
-                                 path.c_str(), width, base, width - base));
-    throw Error(ErrorCode::Unsupported,
-                formatString("%s: %s takes %u values, expected %u to %u (feature %u, direction 3, distance, level%s); "
-                             "only the MLPs of Scaffold-GS and Octree-GS can be converted",
-                             path.c_str(), mlpName(mlp.kind), width, base, base + most, feat_dim,
-                             mlp.kind == MlpKind::Color ? ", appearance" : ""));
+        throw Error(
+            ErrorCode::InvalidFile, path, formatString("color_mlp takes %u values", width), formatString("%u", base),
+            formatString("the other %u are an appearance embedding that is missing, copy embedding_appearance.pt too",
+                         width - base));
+    throw Error(ErrorCode::Unsupported, path, formatString("%s takes %u values", mlpName(mlp.kind), width),
+                formatString("%u to %u (feature %u, direction 3, distance, level%s)", base, base + most, feat_dim,
+                             mlp.kind == MlpKind::Color ? ", appearance" : ""),
+                "only the MLPs of Scaffold-GS and Octree-GS can be converted");
 }
 
 // An embedding that colour's width has no room for was saved but is not used.
@@ -79,27 +79,27 @@ int resolveLevel(const uint32_t (&extra)[3], const Mlp* bank, const ConfigFile& 
     const int from_widths = levelFromWidths(extra, bank);
     if (from_widths >= 0) {
         if (options.add_level >= 0 && options.add_level != from_widths)
-            throw Error(ErrorCode::Usage,
-                        formatString("%s: the widths of the MLPs show that they %s the level, expected what "
-                                     "--add-level %d says; leave the option out",
-                                     path.c_str(), from_widths ? "take" : "do not take", options.add_level));
+            throw Error(ErrorCode::Usage, path,
+                        formatString("the widths of the MLPs show that they %s the level",
+                                     from_widths ? "take" : "do not take"),
+                        formatString("what --add-level %d says", options.add_level), "leave the option out");
         return from_widths;
     }
     const std::string key = config.modelKey("add_level");
     if (config.values.states(key)) {
         const bool stated = config.values.getBool(key, false, config.path);
         if (options.add_level >= 0 && options.add_level != int(stated))
-            throw Error(ErrorCode::Usage,
-                        formatString("%s: add_level is %s, expected what --add-level %d says; leave the option out",
-                                     config.path.c_str(), stated ? "True" : "False", options.add_level));
+            throw Error(ErrorCode::Usage, config.path, formatString("add_level is %s", stated ? "True" : "False"),
+                        formatString("what --add-level %d says", options.add_level), "leave the option out");
         return stated;
     }
     if (options.add_level >= 0)
         return options.add_level;
-    throw Error(ErrorCode::InvalidFile,
-                path + ": every MLP takes one value besides feature and direction, which is the distance or the level, "
-                       "and no cfg_args says which, expected one that does; pass --add-level 0 (distance) or "
-                       "--add-level 1 (level), or the folder of cfg_args with --scene-dir");
+    throw Error(ErrorCode::InvalidFile, path,
+                "every MLP takes one value besides feature and direction, which is the distance or the level, and no "
+                "cfg_args says which",
+                "one that does",
+                "pass --add-level 0 (distance) or --add-level 1 (level), or the folder of cfg_args with --scene-dir");
 }
 
 void assignBank(Checkpoint& checkpoint, Mlp& bank, int add_level, const std::string& path)
@@ -111,14 +111,12 @@ void assignBank(Checkpoint& checkpoint, Mlp& bank, int add_level, const std::str
     const uint32_t extra = bank.layers[0].in - kDirection;
     const uint32_t expected = scaffold ? 1 : octree ? uint32_t(add_level) : 0;
     if (bank.layers[0].in < kDirection || extra != expected)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("%s: feature_bank_mlp takes %u values, expected %u; only the MLPs of Scaffold-GS and "
-                                 "Octree-GS can be converted",
-                                 path.c_str(), bank.layers[0].in, kDirection + expected));
+        throw Error(ErrorCode::Unsupported, path, formatString("feature_bank_mlp takes %u values", bank.layers[0].in),
+                    formatString("%u", kDirection + expected),
+                    "only the MLPs of Scaffold-GS and Octree-GS can be converted");
     if (checkpoint.feat_dim % 4 != 0)
-        throw Error(ErrorCode::InvalidFile, formatString("%s: a feature bank with %u features, expected a multiple of "
-                                                         "4; PLY and weights belong to different models",
-                                                         path.c_str(), checkpoint.feat_dim));
+        throw Error(ErrorCode::InvalidFile, path, formatString("a feature bank with %u features", checkpoint.feat_dim),
+                    "a multiple of 4", "PLY and weights belong to different models");
     checkpoint.flags |= kModelFeatureBank;
     if (extra == 1) {
         checkpoint.flags |= scaffold ? kModelBankDistance : kModelBankLevel;
@@ -177,16 +175,14 @@ void assignInputs(Checkpoint& checkpoint, const ConfigFile& config, const Checkp
     const int add_level = octree ? resolveLevel(extra, bank, config, options, fileOf(checkpoint, 0)) : 0;
     for (size_t i = 0; i < 3; ++i) {
         if (extra[i] < uint32_t(add_level))
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: %s has no room for the level that the other MLPs take, expected all or none; "
-                                     "the files belong to different models",
-                                     fileOf(checkpoint, i).c_str(), mlpName(mlps[i].kind)));
+            throw Error(ErrorCode::InvalidFile, fileOf(checkpoint, i),
+                        formatString("%s has no room for the level that the other MLPs take", mlpName(mlps[i].kind)),
+                        "all or none", "the files belong to different models");
         const uint32_t others = extra[i] - uint32_t(add_level);
         if (others > 1)
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: %s takes two values besides feature and direction, expected one; the files "
-                                     "belong to different models",
-                                     fileOf(checkpoint, i).c_str(), mlpName(mlps[i].kind)));
+            throw Error(ErrorCode::InvalidFile, fileOf(checkpoint, i),
+                        formatString("%s takes two values besides feature and direction", mlpName(mlps[i].kind)), "one",
+                        "the files belong to different models");
         uint32_t& inputs = mlps[i].inputs;
         inputs = kMlpTakesFeature;
         if (others == 1)

@@ -41,8 +41,8 @@ LevelRule parseRule(const std::string& name, const std::string& path)
     for (const LevelRule rule : {LevelRule::Floor, LevelRule::Round, LevelRule::Ceil, LevelRule::Progressive})
         if (name == kLevelRuleNames[uint32_t(rule)])
             return rule;
-    throw Error(ErrorCode::Unsupported, path + ": dist2level is '" + name.substr(0, 32) +
-                                            "', expected floor, round, ceil or progressive; train with one of them");
+    throw Error(ErrorCode::Unsupported, path, "dist2level is '" + name.substr(0, 32) + "'",
+                "floor, round, ceil or progressive", "train with one of them");
 }
 
 LevelRule readRule(const ConfigFile& config, int option, Checkpoint& checkpoint)
@@ -51,9 +51,9 @@ LevelRule readRule(const ConfigFile& config, int option, Checkpoint& checkpoint)
     if (config.values.states(key)) {
         const LevelRule stated = parseRule(config.values.getString(key, "", config.path), config.path);
         if (option >= 0 && LevelRule(option) != stated)
-            throw Error(ErrorCode::Usage, config.path + ": dist2level is '" + kLevelRuleNames[uint32_t(stated)] +
-                                              "', expected what --dist2level " + kLevelRuleNames[option] +
-                                              " says; leave the option out");
+            throw Error(ErrorCode::Usage, config.path,
+                        std::string("dist2level is '") + kLevelRuleNames[uint32_t(stated)] + "'",
+                        std::string("what --dist2level ") + kLevelRuleNames[option] + " says", "leave the option out");
         return stated;
     }
     if (option >= 0)
@@ -70,13 +70,11 @@ uint32_t readFork(const ConfigFile& config, int option, Checkpoint& checkpoint)
     if (config.values.states(key)) {
         const double stated = config.values.getNumber(key, 0, config.path);
         if (!(stated >= kLeastFork && stated <= kMostFork) || stated != std::floor(stated))
-            throw Error(ErrorCode::Unsupported,
-                        formatString("%s: fork is %g, expected a whole number from %d to %d; train with one",
-                                     config.path.c_str(), stated, kLeastFork, kMostFork));
+            throw Error(ErrorCode::Unsupported, config.path, formatString("fork is %g", stated),
+                        formatString("a whole number from %d to %d", kLeastFork, kMostFork), "train with one");
         if (option != 0 && option != stated)
-            throw Error(ErrorCode::Usage,
-                        formatString("%s: fork is %g, expected what --fork %d says; leave the option out",
-                                     config.path.c_str(), stated, option));
+            throw Error(ErrorCode::Usage, config.path, formatString("fork is %g", stated),
+                        formatString("what --fork %d says", option), "leave the option out");
         return uint32_t(stated);
     }
     if (option != 0)
@@ -91,9 +89,9 @@ void readInfo(Checkpoint& checkpoint, const PlyFile& ply, const AnchorColumns& c
 {
     const uint32_t row_bytes = ply.header().row_bytes;
     if (ply.header().row_count < 2)
-        throw Error(ErrorCode::InvalidFile, ply.path() + ": has one vertex, expected at least two, because the first "
-                                                         "two carry voxel_size and standard_dist; the model cannot be "
-                                                         "used");
+        throw Error(ErrorCode::InvalidFile, ply.path(), "has one vertex",
+                    "at least two, because the first two carry voxel_size and standard_dist",
+                    "the model cannot be used");
     std::vector<std::byte> rows(2 * size_t(row_bytes));
     ply.readRows(0, rows);
     float info[2];
@@ -101,12 +99,10 @@ void readInfo(Checkpoint& checkpoint, const PlyFile& ply, const AnchorColumns& c
         std::memcpy(&info[i], rows.data() + i * row_bytes + columns.info[0], sizeof(float));
     for (const float value : info)
         if (!(value > 0) || !std::isfinite(value))
-            throw Error(
-                ErrorCode::InvalidFile,
-                formatString("%s: column 'info' starts with %g, %g, expected voxel_size and standard_dist, both "
-                             "positive; the vertices were sorted, filtered or merged, pass the PLY as the "
-                             "trainer wrote it",
-                             ply.path().c_str(), double(info[0]), double(info[1])));
+            throw Error(ErrorCode::InvalidFile, ply.path(),
+                        formatString("column 'info' starts with %g, %g", double(info[0]), double(info[1])),
+                        "voxel_size and standard_dist, both positive",
+                        "the vertices were sorted, filtered or merged, pass the PLY as the trainer wrote it");
     checkpoint.voxel_size = info[0];
     checkpoint.standard_dist = info[1];
 }
@@ -121,9 +117,8 @@ double headerNumber(const PlyFile& ply, const std::string& key)
             if (end != line.c_str() + key.size() + 1 && std::isfinite(value) && value > 0)
                 return value;
         }
-    throw Error(ErrorCode::InvalidFile, ply.path() + ": header has no 'obj_info " + key +
-                                            " <positive number>', expected it beside the column 'level'; pass the PLY "
-                                            "as the trainer wrote it");
+    throw Error(ErrorCode::InvalidFile, ply.path(), "header has no 'obj_info " + key + " <positive number>'",
+                "it beside the column 'level'", "pass the PLY as the trainer wrote it");
 }
 
 // Octree-AnyGS keeps its coarse-to-fine limit when it renders: the index of the level that `iteration` had reached.
@@ -158,17 +153,16 @@ void readLevels(Checkpoint& checkpoint, const PlyFile& ply, const AnchorColumns&
                 const CheckpointOptions& options)
 {
     if (options.fork != 0 && (options.fork < kLeastFork || options.fork > kMostFork))
-        throw Error(ErrorCode::Usage,
-                    formatString("--fork: is %d, expected a whole number from %d to %d; correct it or leave it out",
-                                 options.fork, kLeastFork, kMostFork));
+        throw Error(ErrorCode::Usage, "--fork", formatString("is %d", options.fork),
+                    formatString("a whole number from %d to %d", kLeastFork, kMostFork), "correct it or leave it out");
     if (columns.level.empty()) {
         if (options.fork != 0 || options.level_rule >= 0 || options.add_level >= 0)
-            throw Error(ErrorCode::Usage, formatString("%s: has no effect on %s, a model without levels, expected "
-                                                       "one with levels; leave the option out",
-                                                       options.fork != 0         ? "--fork"
-                                                       : options.level_rule >= 0 ? "--dist2level"
-                                                                                 : "--add-level",
-                                                       checkpoint.model_path.c_str()));
+            throw Error(ErrorCode::Usage,
+                        options.fork != 0         ? "--fork"
+                        : options.level_rule >= 0 ? "--dist2level"
+                                                  : "--add-level",
+                        "has no effect on " + checkpoint.model_path + ", a model without levels", "one with levels",
+                        "leave the option out");
         const double voxel = config.values.getNumber(config.modelKey("voxel_size"), 0, config.path);
         // 0 and below mean "derived while training", and that value is stored nowhere (trap 32)
         checkpoint.voxel_size = voxel > 0 && std::isfinite(voxel) ? float(voxel) : 0.0f;
@@ -187,10 +181,8 @@ void readLevels(Checkpoint& checkpoint, const PlyFile& ply, const AnchorColumns&
         checkpoint.standard_dist = float(headerNumber(ply, "standard_dist"));
         const double levels = headerNumber(ply, "levels");
         if (levels > kMaxAnchorLevel + 1 || levels < 0.5)
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: header states %g levels, expected 1 to %d; the file is "
-                                     "damaged, copy it again",
-                                     ply.path().c_str(), levels, kMaxAnchorLevel + 1));
+            throw Error(ErrorCode::InvalidFile, ply.path(), formatString("header states %g levels", levels),
+                        formatString("1 to %d", kMaxAnchorLevel + 1), "the file is damaged, copy it again");
         checkpoint.level_clamp = coarseLimit(checkpoint, int32_t(std::lrint(levels)), config, checkpoint.warnings);
     }
     if (range.greatest > checkpoint.level_clamp)

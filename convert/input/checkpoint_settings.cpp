@@ -15,7 +15,7 @@ namespace gsc {
 namespace {
 
 // A switch that has to be off, a number that has to be this one, or a word that has to be one of these.
-struct Setting {
+struct TrainerSetting {
     enum class Kind : uint8_t { Off, Number, Words };
 
     const char* key;
@@ -25,33 +25,32 @@ struct Setting {
     const char* words = ""; // with spaces around each
 };
 
-constexpr Setting kSettings[] = {
-    {"random_background", Setting::Kind::Off, "draws on a colour that it picks at random, which is stored nowhere"},
-    {"antialiasing", Setting::Kind::Off, "makes small splats fainter"}, // 3DGS since October 2024
-    {"antialiased", Setting::Kind::Off, "makes small splats fainter"},
-    {"with_ut", Setting::Kind::Off, "projects with the unscented transform"}, // gsplat 1.5
-    {"with_eval3d", Setting::Kind::Off, "blends in 3D"},
-    {"rasterize_mode", Setting::Kind::Words, "makes small splats fainter", 0, " classic "}, // gsplat
-    {"camera_model", Setting::Kind::Words, "draws through another lens", 0, " pinhole PINHOLE "},
-    {"render_mode", Setting::Kind::Words, "draws depths and no colours", 0, " RGB RGB+D RGB+ED "},
-    {"base_model", Setting::Kind::Words, "draws other primitives", 0, " scaffoldgs "}, // Octree-AnyGS
-    {"gs_attr", Setting::Kind::Words, "draws flat splats", 0, " 3D 3d "},              // Horizon-GS
-    {"color_attr", Setting::Kind::Words, "draws colours from spherical harmonics", 0, " RGB rgb "},
-    {"kernel_size", Setting::Kind::Number, "widens splats by another amount", 0.3}, // Mip-Splatting
-    {"eps2d", Setting::Kind::Number, "widens splats by another amount", 0.3},       // gsplat
-    {"radius_clip", Setting::Kind::Number, "leaves small splats out", 0},
-    {"scaling_modifier", Setting::Kind::Number, "scales every Gaussian", 1},
-    {"scale_modifier", Setting::Kind::Number, "scales every Gaussian", 1},
-    {"view_dim", Setting::Kind::Number, "gives its MLPs another view", 3}, // Octree-AnyGS
+constexpr TrainerSetting kSettings[] = {
+    {"random_background", TrainerSetting::Kind::Off,
+     "draws on a colour that it picks at random, which is stored nowhere"},
+    {"antialiasing", TrainerSetting::Kind::Off, "makes small splats fainter"}, // 3DGS since October 2024
+    {"antialiased", TrainerSetting::Kind::Off, "makes small splats fainter"},
+    {"with_ut", TrainerSetting::Kind::Off, "projects with the unscented transform"}, // gsplat 1.5
+    {"with_eval3d", TrainerSetting::Kind::Off, "blends in 3D"},
+    {"rasterize_mode", TrainerSetting::Kind::Words, "makes small splats fainter", 0, " classic "}, // gsplat
+    {"camera_model", TrainerSetting::Kind::Words, "draws through another lens", 0, " pinhole PINHOLE "},
+    {"render_mode", TrainerSetting::Kind::Words, "draws depths and no colours", 0, " RGB RGB+D RGB+ED "},
+    {"base_model", TrainerSetting::Kind::Words, "draws other primitives", 0, " scaffoldgs "}, // Octree-AnyGS
+    {"gs_attr", TrainerSetting::Kind::Words, "draws flat splats", 0, " 3D 3d "},              // Horizon-GS
+    {"color_attr", TrainerSetting::Kind::Words, "draws colours from spherical harmonics", 0, " RGB rgb "},
+    {"kernel_size", TrainerSetting::Kind::Number, "widens splats by another amount", 0.3}, // Mip-Splatting
+    {"eps2d", TrainerSetting::Kind::Number, "widens splats by another amount", 0.3},       // gsplat
+    {"radius_clip", TrainerSetting::Kind::Number, "leaves small splats out", 0},
+    {"scaling_modifier", TrainerSetting::Kind::Number, "scales every Gaussian", 1},
+    {"scale_modifier", TrainerSetting::Kind::Number, "scales every Gaussian", 1},
+    {"view_dim", TrainerSetting::Kind::Number, "gives its MLPs another view", 3}, // Octree-AnyGS
 };
 
 [[noreturn]] void refuse(const ConfigFile& config, const std::string& key, const std::string& value, const char* effect,
                          const std::string& expected)
 {
-    throw Error(ErrorCode::Unsupported, config.path + ": " + key + " is " + value + ", so the trainer " + effect +
-                                            ", expected " + expected +
-                                            "; train without it, or correct the file if the "
-                                            "model was drawn without it");
+    throw Error(ErrorCode::Unsupported, config.path, key + " is " + value + ", so the trainer " + effect, expected,
+                "train without it, or correct the file if the model was drawn without it");
 }
 
 // `value` in words, as a message has it.
@@ -64,18 +63,18 @@ std::string shown(const ConfigValue& value)
                : formatString("%g", value.number);
 }
 
-bool fits(const Setting& setting, const ConfigValue& group, const std::string& key, const std::string& path)
+bool fits(const TrainerSetting& setting, const ConfigValue& group, const std::string& key, const std::string& path)
 {
-    if (setting.kind == Setting::Kind::Off)
+    if (setting.kind == TrainerSetting::Kind::Off)
         return !group.getBool(key, false, path);
-    if (setting.kind == Setting::Kind::Number) // as close as a file states it
+    if (setting.kind == TrainerSetting::Kind::Number) // as close as a file states it
         return std::abs(group.getNumber(key, setting.number, path) - setting.number) < 1e-6;
     const std::string word = group.getString(key, "", path);
     return word.find(' ') == std::string::npos &&
            std::string_view(setting.words).find(" " + word + " ") != std::string_view::npos;
 }
 
-void checkSetting(const Setting& setting, const ConfigFile& config)
+void checkSetting(const TrainerSetting& setting, const ConfigFile& config)
 {
     const std::string nested = config.modelKey(setting.key);
     for (const auto& [group, key] : {std::pair<const ConfigValue*, std::string>{&config.values, nested},
@@ -84,9 +83,9 @@ void checkSetting(const Setting& setting, const ConfigFile& config)
         if (!group->states(key) || fits(setting, *group, key, config.path))
             continue;
         std::string words = setting.words;
-        words = setting.kind == Setting::Kind::Off      ? "False"
-                : setting.kind == Setting::Kind::Number ? formatString("%g", setting.number)
-                                                        : "'" + words.substr(1, words.find(' ', 1) - 1) + "'";
+        words = setting.kind == TrainerSetting::Kind::Off      ? "False"
+                : setting.kind == TrainerSetting::Kind::Number ? formatString("%g", setting.number)
+                                                               : "'" + words.substr(1, words.find(' ', 1) - 1) + "'";
         refuse(config, setting.key, shown(*group->find(key)), setting.effect, words);
     }
 }
@@ -154,7 +153,7 @@ void refuseOtherPictures(Checkpoint& checkpoint, const ConfigFile& config, bool 
 {
     if (!config.found())
         return;
-    for (const Setting& setting : kSettings)
+    for (const TrainerSetting& setting : kSettings)
         checkSetting(setting, config);
     checkPlanes(checkpoint, config);
     checkScales(config, checkpoint.warnings);

@@ -48,10 +48,10 @@ const NamedTensor& requireTensor(const TorchArchive& archive, const std::string&
 {
     const NamedTensor* tensor = findTensor(archive, name);
     if (!tensor || tensor->shape.size() != dimensions)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("%s: tensor '%s' is missing or has not %zu dimensions, found %s, expected Linear, "
-                                 "ReLU, Linear; pass the files the trainer wrote",
-                                 path.c_str(), name.c_str(), dimensions, tensorNames(archive).c_str()));
+        throw Error(ErrorCode::Unsupported, path,
+                    formatString("tensor '%s' is missing or has not %zu dimensions, found %s", name.c_str(), dimensions,
+                                 tensorNames(archive).c_str()),
+                    "Linear, ReLU, Linear", "pass the files the trainer wrote");
     return *tensor;
 }
 
@@ -62,12 +62,12 @@ LinearLayer readLayer(const TorchArchive& archive, const std::string& prefix, co
     constexpr uint64_t most = 1u << 20;
     if (weight.shape[0] == 0 || weight.shape[1] == 0 || weight.shape[0] > most || weight.shape[1] > most ||
         bias.shape[0] != weight.shape[0])
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: '%sweight' is %llu x %llu and its bias has %llu values, expected one per row; "
-                                 "pass the files the trainer wrote",
-                                 path.c_str(), prefix.c_str(), static_cast<unsigned long long>(weight.shape[0]),
+        throw Error(ErrorCode::InvalidFile, path,
+                    formatString("'%sweight' is %llu x %llu and its bias has %llu values", prefix.c_str(),
+                                 static_cast<unsigned long long>(weight.shape[0]),
                                  static_cast<unsigned long long>(weight.shape[1]),
-                                 static_cast<unsigned long long>(bias.shape[0])));
+                                 static_cast<unsigned long long>(bias.shape[0])),
+                    "one per row", "pass the files the trainer wrote");
     return {uint32_t(weight.shape[1]), uint32_t(weight.shape[0]), weight.values, bias.values};
 }
 
@@ -78,10 +78,9 @@ void checkNames(const TorchArchive& archive, const std::string& prefix, std::ini
     for (const NamedTensor& tensor : archive.tensors)
         if (tensor.name.starts_with(prefix) &&
             std::ranges::find(read, std::string_view(tensor.name).substr(prefix.size())) == read.end())
-            throw Error(ErrorCode::Unsupported,
-                        path + ": holds '" + tensor.name.substr(0, 64) + "', expected " + expected +
-                            " and no such layer; only the MLPs of Scaffold-GS and Octree-GS can be "
-                            "converted");
+            throw Error(ErrorCode::Unsupported, path, "holds '" + tensor.name.substr(0, 64) + "'",
+                        std::string(expected) + " and no such layer",
+                        "only the MLPs of Scaffold-GS and Octree-GS can be converted");
 }
 
 // Module classes of a TorchScript file; a dictionary of tensors does not name them.
@@ -94,9 +93,8 @@ void checkModules(const TorchArchive& archive, Activation activation, const std:
                                         [&](const auto& module) { return module.first == child; });
         const std::string actual = found == archive.modules.end() ? "absent" : found->second;
         if (actual != (type ? type : "absent"))
-            throw Error(ErrorCode::Unsupported, path + ": layer " + child + " is " + actual + ", expected " +
-                                                    (type ? type : "no such layer") +
-                                                    "; only the MLPs of Scaffold-GS and Octree-GS can be converted");
+            throw Error(ErrorCode::Unsupported, path, "layer " + child + " is " + actual,
+                        (type ? type : "no such layer"), "only the MLPs of Scaffold-GS and Octree-GS can be converted");
     };
     expect("0", "Linear");
     expect("1", "ReLU");
@@ -113,9 +111,8 @@ Mlp readMlp(const TorchArchive& archive, uint32_t kind, const std::string& prefi
     // tiny-cuda-nn keeps one flat vector per network, in an order of its own
     for (const NamedTensor& tensor : archive.tensors)
         if (tensor.name == prefix + "params" || (tensor.name.starts_with(prefix) && tensor.name.ends_with(".params")))
-            throw Error(ErrorCode::Unsupported, path + ": '" + tensor.name +
-                                                    "' is a tiny-cuda-nn network, expected torch.nn.Linear layers; "
-                                                    "train without use_tcnn");
+            throw Error(ErrorCode::Unsupported, path, "'" + tensor.name + "' is a tiny-cuda-nn network",
+                        "torch.nn.Linear layers", "train without use_tcnn");
     checkModules(archive, kActivations[kind], path);
     Mlp mlp;
     mlp.kind = MlpKind(kind);
@@ -124,10 +121,9 @@ Mlp readMlp(const TorchArchive& archive, uint32_t kind, const std::string& prefi
     mlp.layers[1] = readLayer(archive, prefix + "2.", path);
     checkNames(archive, prefix, {"0.weight", "0.bias", "2.weight", "2.bias"}, "Linear, ReLU, Linear", path);
     if (mlp.layers[1].in != mlp.layers[0].out)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: second layer of '%s' takes %u values, expected the %u "
-                                 "that the first gives; pass the files the trainer wrote",
-                                 path.c_str(), kMlpNames[kind], mlp.layers[1].in, mlp.layers[0].out));
+        throw Error(ErrorCode::InvalidFile, path,
+                    formatString("second layer of '%s' takes %u values", kMlpNames[kind], mlp.layers[1].in),
+                    formatString("the %u that the first gives", mlp.layers[0].out), "pass the files the trainer wrote");
     for (const LinearLayer& layer : mlp.layers)
         for (const std::vector<float>* values : {&layer.weight, &layer.bias})
             if (!std::all_of(values->begin(), values->end(), [](float v) { return std::isfinite(v); })) {
@@ -156,8 +152,8 @@ void readEmbedding(const TorchArchive& archive, const std::string& prefix, const
     const NamedTensor& weight = requireTensor(archive, prefix + "embedding.weight", 2, path);
     checkNames(archive, prefix, {"embedding.weight"}, "one table of rows", path);
     if (weight.shape[0] == 0 || weight.shape[1] == 0 || weight.shape[0] > 1u << 24 || weight.shape[1] > 1024)
-        throw Error(ErrorCode::InvalidFile, path + ": appearance embedding is no table of rows, expected one row per "
-                                                   "training image; pass the file the trainer wrote");
+        throw Error(ErrorCode::InvalidFile, path, "appearance embedding is no table of rows",
+                    "one row per training image", "pass the file the trainer wrote");
     checkpoint.appearance_dim = uint32_t(weight.shape[1]);
     checkpoint.embedding = weight.values;
 }
@@ -171,10 +167,8 @@ void readSplit(const CheckpointFiles& files, Checkpoint& checkpoint)
         if (!files.has(name)) {
             if (kind == kBank)
                 continue;
-            throw Error(ErrorCode::InvalidFile, files.folder + ": " + name +
-                                                    " is missing beside the other .pt files, "
-                                                    "expected opacity_mlp.pt, cov_mlp.pt and "
-                                                    "color_mlp.pt; copy the whole folder");
+            throw Error(ErrorCode::InvalidFile, files.folder, name + " is missing beside the other .pt files",
+                        "opacity_mlp.pt, cov_mlp.pt and color_mlp.pt", "copy the whole folder");
         }
         const std::string path = (folder / name).string();
         checkpoint.mlps.push_back(readMlp(readArchive(path), kind, "", path, checkpoint.warnings));
@@ -195,10 +189,11 @@ void checkOtherNetworks(const TorchArchive& archive, const std::string& path, st
         const std::string_view name = tensor.name;
         for (const char* key : {"encoding_xyz", "grid_mlp", "deform_mlp"})
             if (name.starts_with(key))
-                throw Error(ErrorCode::Unsupported,
-                            path + ": holds '" + key +
-                                "', so this is a HAC model, whose features must first be quantised by its context "
-                                "model, expected Scaffold-GS; decode it with HAC's own code and train on from there");
+                throw Error(
+                    ErrorCode::Unsupported, path,
+                    std::string("holds '") + key +
+                        "', so this is a HAC model, whose features must first be quantised by its context model",
+                    "Scaffold-GS", "decode it with HAC's own code and train on from there");
         normals = normals || name.starts_with("anchor_normals_mlp");
     }
     // GSDF draws as Scaffold-GS does; its normals only guided the training of the surface
@@ -249,10 +244,9 @@ void readWeights(const CheckpointFiles& files, Checkpoint& checkpoint)
         readUnited((std::filesystem::path(files.folder) / (unite ? "checkpoints.pth" : "checkpoint.pth")).string(),
                    checkpoint);
     } else {
-        throw Error(ErrorCode::InvalidFile,
-                    files.folder +
-                        ": no MLP weights beside the PLY, expected opacity_mlp.pt, cov_mlp.pt and color_mlp.pt, or "
-                        "checkpoints.pth, or checkpoint.pth; copy the whole iteration folder of the trainer");
+        throw Error(ErrorCode::InvalidFile, files.folder, "no MLP weights beside the PLY",
+                    "opacity_mlp.pt, cov_mlp.pt and color_mlp.pt, or checkpoints.pth, or checkpoint.pth",
+                    "copy the whole iteration folder of the trainer");
     }
 }
 

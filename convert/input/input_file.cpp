@@ -19,12 +19,12 @@ InputFile::InputFile(const std::string& path)
     : m_path(path), m_fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK))
 {
     if (m_fd < 0)
-        throw Error(ErrorCode::Io, path + ": cannot be opened (" + std::strerror(errno) +
-                                       "), expected a readable file; check the path and its permissions");
+        throw Error(ErrorCode::Io, path, std::string("cannot be opened (") + std::strerror(errno) + ")",
+                    "a readable file", "check the path and its permissions");
     struct stat info = {};
     if (::fstat(m_fd, &info) != 0 || !S_ISREG(info.st_mode)) {
         ::close(m_fd);
-        throw Error(ErrorCode::Io, path + ": is no regular file, expected one; check the path");
+        throw Error(ErrorCode::Io, path, "is no regular file", "one", "check the path");
     }
     m_bytes = uint64_t(info.st_size);
     (void)::posix_fadvise(m_fd, 0, 0, POSIX_FADV_SEQUENTIAL); // doubles the kernel's read-ahead
@@ -57,15 +57,15 @@ void InputFile::read(uint64_t offset, std::span<std::byte> out) const
         if (got > 0) {
             done += size_t(got);
         } else if (got == 0) {
-            throw Error(ErrorCode::Io, formatString("%s: ends at byte %llu, expected %llu more; it became shorter "
-                                                    "while it was read",
-                                                    m_path.c_str(), static_cast<unsigned long long>(offset + done),
-                                                    static_cast<unsigned long long>(out.size() - done)));
+            throw Error(ErrorCode::Io, m_path,
+                        formatString("ends at byte %llu", static_cast<unsigned long long>(offset + done)),
+                        formatString("%llu more", static_cast<unsigned long long>(out.size() - done)),
+                        "it became shorter while it was read");
         } else if (errno != EINTR) {
-            throw Error(ErrorCode::Io,
-                        formatString("%s: cannot be read at byte %llu (%s), expected a readable file; check the disk",
-                                     m_path.c_str(), static_cast<unsigned long long>(offset + done),
-                                     std::strerror(errno)));
+            throw Error(ErrorCode::Io, m_path,
+                        formatString("cannot be read at byte %llu (%s)", static_cast<unsigned long long>(offset + done),
+                                     std::strerror(errno)),
+                        "a readable file", "check the disk");
         }
     }
 }
@@ -79,10 +79,10 @@ std::vector<std::byte> readWholeFile(const std::string& path, uint64_t max_bytes
 {
     const InputFile file(path);
     if (file.bytes() > max_bytes)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: has %llu bytes, expected %s of at most %llu; pass the file the trainer wrote",
-                                 path.c_str(), static_cast<unsigned long long>(file.bytes()), what,
-                                 static_cast<unsigned long long>(max_bytes)));
+        throw Error(ErrorCode::InvalidFile, path,
+                    formatString("has %llu bytes", static_cast<unsigned long long>(file.bytes())),
+                    formatString("%s of at most %llu", what, static_cast<unsigned long long>(max_bytes)),
+                    "pass the file the trainer wrote");
     std::vector<std::byte> bytes(file.bytes());
     file.read(0, bytes);
     return bytes;

@@ -16,24 +16,24 @@ constexpr size_t kMaxColumns = 8192;
 
 constexpr const char* kTakeTrainers = "pass the point_cloud.ply that the trainer wrote";
 
-[[noreturn]] void throwInvalid(const std::string& name, const std::string& text, const char* remedy = kTakeTrainers)
+[[noreturn]] void throwInvalid(const std::string& name, const std::string& found, const char* expected,
+                               const char* remedy = kTakeTrainers)
 {
-    throw Error(ErrorCode::InvalidFile, name + ": " + text + "; " + remedy);
+    throw Error(ErrorCode::InvalidFile, name, found, expected, remedy);
 }
 
 // Refuses a PLY that other programs read.
-[[noreturn]] void throwUnsupported(const std::string& name, const std::string& text)
+[[noreturn]] void throwUnsupported(const std::string& name, const std::string& found, const char* expected)
 {
-    throw Error(ErrorCode::Unsupported, name + ": " + text + "; " + kTakeTrainers);
+    throw Error(ErrorCode::Unsupported, name, found, expected, kTakeTrainers);
 }
 
 // The crop tool of the SIBR viewer writes neither `end_header` nor the rotation columns, and scales that are no
 // logarithms any more: nothing in such a file can be trusted.
 [[noreturn]] void throwNoEnd(const std::string& name)
 {
-    throwInvalid(name,
-                 "header has no 'end_header', expected one; a PLY saved by the SIBR viewer's crop tool looks like this "
-                 "and has lost its rotations and scales");
+    throwInvalid(name, "header has no 'end_header'", "one",
+                 "a PLY saved by the SIBR viewer's crop tool looks like this and has lost its rotations and scales");
 }
 
 std::vector<std::string_view> words(std::string_view line)
@@ -74,22 +74,21 @@ void checkFormat(const std::vector<std::string_view>& line, const std::string& n
 {
     const std::string found = line.size() > 1 ? std::string(line[1]) : "";
     if (found == "ascii" || found == "binary_big_endian")
-        throw Error(ErrorCode::Unsupported, name + ": format is " + found +
-                                                ", expected binary_little_endian as the trainers write it; convert "
-                                                "the file, for example with plyfile");
+        throw Error(ErrorCode::Unsupported, name, "format is " + found, "binary_little_endian as the trainers write it",
+                    "convert the file, for example with plyfile");
     if (line.size() != 3 || line[0] != "format" || found != "binary_little_endian" || line[2] != "1.0")
-        throwInvalid(name, "second line is '" + clip(line.empty() ? "" : line[0]) + " " + clip(found) +
-                               "', expected 'format binary_little_endian 1.0'");
+        throwInvalid(name, "second line is '" + clip(line.empty() ? "" : line[0]) + " " + clip(found) + "'",
+                     "'format binary_little_endian 1.0'");
 }
 
 uint64_t elementCount(const std::vector<std::string_view>& line, const std::string& name)
 {
     if (line.size() != 3 || line[1] != "vertex")
-        throwUnsupported(name, "first element is '" + clip(line.size() > 1 ? line[1] : "") + "', expected 'vertex'");
+        throwUnsupported(name, "first element is '" + clip(line.size() > 1 ? line[1] : "") + "'", "'vertex'");
     uint64_t count = 0;
     const auto [end, error] = std::from_chars(line[2].data(), line[2].data() + line[2].size(), count);
     if (error != std::errc() || end != line[2].data() + line[2].size())
-        throwInvalid(name, "vertex count is '" + clip(line[2]) + "', expected a number");
+        throwInvalid(name, "vertex count is '" + clip(line[2]) + "'", "a number");
     return count;
 }
 
@@ -97,21 +96,21 @@ uint64_t elementCount(const std::vector<std::string_view>& line, const std::stri
 void checkBody(const PlyHeader& header, bool alone, uint64_t file_bytes, const std::string& name)
 {
     if (header.row_bytes == 0)
-        throwInvalid(name, "vertices have no properties, expected those of anchors");
+        throwInvalid(name, "vertices have no properties", "those of anchors");
     const uint64_t body = file_bytes - header.header_bytes;
     // note: a division, because the count is hostile and a product could wrap
     if (header.row_count > body / header.row_bytes)
         throwInvalid(name,
-                     formatString("header promises %llu rows of %u bytes, the file has %llu bytes left for them, "
-                                  "expected all rows",
+                     formatString("header promises %llu rows of %u bytes, the file has %llu bytes left for them",
                                   static_cast<unsigned long long>(header.row_count), header.row_bytes,
                                   static_cast<unsigned long long>(body)),
-                     "the file is cut short, copy it again");
+                     "all rows", "the file is cut short, copy it again");
     const uint64_t extra = body - header.row_count * header.row_bytes;
     if (extra != 0 && alone)
-        throwInvalid(name, formatString("%llu bytes follow the last of %llu rows, expected none",
-                                        static_cast<unsigned long long>(extra),
-                                        static_cast<unsigned long long>(header.row_count)));
+        throwInvalid(name,
+                     formatString("%llu bytes follow the last of %llu rows", static_cast<unsigned long long>(extra),
+                                  static_cast<unsigned long long>(header.row_count)),
+                     "none");
 }
 
 } // namespace
@@ -126,10 +125,9 @@ PlyHeader parsePlyHeader(std::span<const std::byte> bytes, uint64_t file_bytes, 
 {
     const std::string_view start(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), kMaxPlyHeader));
     if (start.starts_with("PK\3\4"))
-        throw Error(ErrorCode::Unsupported,
-                    name + ": is a zip archive, expected the PLY file itself; unpack it with unzip");
+        throw Error(ErrorCode::Unsupported, name, "is a zip archive", "the PLY file itself", "unpack it with unzip");
     if (!start.starts_with("ply\n") && !start.starts_with("ply\r"))
-        throwInvalid(name, "does not start with 'ply', expected a PLY file");
+        throwInvalid(name, "does not start with 'ply'", "a PLY file");
     size_t cursor = 0;
     const auto nextLine = [&] {
         const size_t end = start.find('\n', cursor);
@@ -170,14 +168,14 @@ PlyHeader parsePlyHeader(std::span<const std::byte> bytes, uint64_t file_bytes, 
             continue;
         } else if (keyword == "property" && in_element) {
             if (line.size() > 1 && line[1] == "list")
-                throwUnsupported(name, "property '" + clip(line.back()) + "' is a list, expected scalars");
+                throwUnsupported(name, "property '" + clip(line.back()) + "' is a list", "scalars");
             const auto type = line.size() == 3 ? kScalarBytes.find(line[1]) : kScalarBytes.end();
             if (type == kScalarBytes.end())
-                throwInvalid(name, "header line '" + clip(text) + "' is no property, expected 'property float <name>'");
+                throwInvalid(name, "header line '" + clip(text) + "' is no property", "'property float <name>'");
             if (!seen.insert(std::string(line[2])).second)
-                throwInvalid(name, "property '" + clip(line[2]) + "' occurs twice, expected unique names");
+                throwInvalid(name, "property '" + clip(line[2]) + "' occurs twice", "unique names");
             if (header.columns.size() >= kMaxColumns)
-                throwInvalid(name, formatString("more than %zu properties, expected fewer", kMaxColumns));
+                throwInvalid(name, formatString("more than %zu properties", kMaxColumns), "fewer");
             header.columns.push_back(
                 {std::string(line[2]), header.row_bytes, line[1] == "float" || line[1] == "float32"});
             header.row_bytes += type->second;
@@ -185,11 +183,11 @@ PlyHeader parsePlyHeader(std::span<const std::byte> bytes, uint64_t file_bytes, 
             // binary data where the next line should be: the header was never ended
             if (std::any_of(text.begin(), text.end(), [](char c) { return (c < ' ' && c != '\t') || c > '~'; }))
                 throwNoEnd(name);
-            throwInvalid(name, "header line '" + clip(text) + "' is unknown, expected a PLY header");
+            throwInvalid(name, "header line '" + clip(text) + "' is unknown", "a PLY header");
         }
     }
     if (!in_element)
-        throwInvalid(name, "header has no element, expected 'vertex'");
+        throwInvalid(name, "header has no element", "'vertex'");
     header.header_bytes = cursor;
     checkBody(header, !behind, file_bytes, name);
     return header;

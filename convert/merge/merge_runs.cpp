@@ -30,13 +30,12 @@ OrderedJson parsedRow(std::string_view line, const std::string& where, bool has_
     if (row.json.is_object())
         return std::move(row.json);
     if (row.state == ParsedRow::State::BeyondLimits)
-        throw Error(ErrorCode::InvalidFile,
-                    where + ": " + row.fault + ", expected a row as gsc-play --shard writes it; remove the line");
+        throw Error(ErrorCode::InvalidFile, where, row.fault, "a row as gsc-play --shard writes it", "remove the line");
     if (!has_end)
-        throw Error(ErrorCode::InvalidFile, where + ": is half-written, what a shard that was killed left behind, "
-                                                    "expected whole lines; start that shard again, it goes on there");
-    throw Error(ErrorCode::InvalidFile,
-                where + ": is no JSON object, expected a row as gsc-play --shard writes it; remove the line");
+        throw Error(ErrorCode::InvalidFile, where, "is half-written, what a shard that was killed left behind",
+                    "whole lines", "start that shard again, it goes on there");
+    throw Error(ErrorCode::InvalidFile, where, "is no JSON object", "a row as gsc-play --shard writes it",
+                "remove the line");
 }
 
 // Looks for what is wrong in a row besides its shard. Returns the device that it names; `id` becomes that of its run.
@@ -105,15 +104,14 @@ void RunMerger::addLine(std::string_view line, const std::string& where)
     const char* const known[] = {kFrames, kRuns, kStability};
     const char* const* const found = std::ranges::find(known, stated);
     if (found == std::end(known))
-        throw Error(ErrorCode::Unsupported, formatString("%s: schema is %.60s, expected %s, %s or %s; use the gsc of "
-                                                         "the program that wrote it",
-                                                         where.c_str(), stated.c_str(), kFrames, kRuns, kStability));
+        throw Error(ErrorCode::Unsupported, where, formatString("schema is %.60s", stated.c_str()),
+                    formatString("%s, %s or %s", kFrames, kRuns, kStability),
+                    "use the gsc of the program that wrote it");
     const char* const schema = *found;
     const Record record(json, where, schema);
     if (!json.contains("shard"))
-        throw Error(ErrorCode::InvalidFile,
-                    where + ": has no shard, expected a row that gsc-play wrote with --shard; leave this file out, it "
-                            "is of a run that was not split or is merged already");
+        throw Error(ErrorCode::InvalidFile, where, "has no shard", "a row that gsc-play wrote with --shard",
+                    "leave this file out, it is of a run that was not split or is merged already");
     ShardFacts facts;
     describe(record.object("shard"), facts);
     record.object("shard").check("tasks", facts.tasks <= kMostTasks, "at most 10000000");
@@ -135,16 +133,15 @@ void RunMerger::addLine(std::string_view line, const std::string& where)
                                 : facts.set != m_set     ? "configuration or version of gsc-play"
                                                          : nullptr;
     if (differs != nullptr)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: is of another %s than %s, expected rows of one run; merge "
-                                 "the files of each run by themselves",
-                                 where.c_str(), differs, m_first.c_str()));
+        throw Error(ErrorCode::InvalidFile, where, formatString("is of another %s than %s", differs, m_first.c_str()),
+                    "rows of one run", "merge the files of each run by themselves");
     const auto [place, is_new] = m_rows.try_emplace(facts.task);
     Row& row = place->second;
     if (!is_new)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: task %llu was in %s already, expected each once; leave one of the files out",
-                                 where.c_str(), static_cast<unsigned long long>(facts.task), row.where.c_str()));
+        throw Error(
+            ErrorCode::InvalidFile, where,
+            formatString("task %llu was in %s already", static_cast<unsigned long long>(facts.task), row.where.c_str()),
+            "each once", "leave one of the files out");
     row.where = where;
     row.shard = facts.index;
     row.device = std::move(device);
@@ -167,8 +164,8 @@ void RunMerger::add(std::string_view text, const std::string& path)
 MergedRuns RunMerger::finish(bool allow_missing) const
 {
     if (m_rows.empty())
-        throw Error(ErrorCode::InvalidFile, "gsc merge-runs: no row of a shard in any file, expected at least one; "
-                                            "gsc-play --shard writes them");
+        throw Error(ErrorCode::InvalidFile, "gsc merge-runs", "no row of a shard in any file", "at least one",
+                    "gsc-play --shard writes them");
     MergedRuns merged{m_schema, "", m_count, m_tasks, 0, 0, {}, {}};
     std::vector<std::string> lines;
     std::set<uint64_t> shards;
@@ -190,12 +187,11 @@ MergedRuns RunMerger::finish(bool allow_missing) const
         for (uint64_t shard = 1; shard <= m_count && shards.size() < m_count; ++shard)
             if (!shards.contains(shard))
                 silent.push_back(shard);
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("gsc merge-runs: %zu of %llu tasks have no row: %s%s, expected all; start the shards "
-                                 "again that have not ended, or pass --allow-missing",
-                                 merged.missing.size(), static_cast<unsigned long long>(m_tasks),
-                                 listOf(merged.missing).c_str(),
-                                 silent.empty() ? "" : (" (no row of shard " + listOf(silent) + ")").c_str()));
+        throw Error(ErrorCode::InvalidFile, "gsc merge-runs",
+                    formatString("%zu of %llu tasks have no row: %s%s", merged.missing.size(),
+                                 static_cast<unsigned long long>(m_tasks), listOf(merged.missing).c_str(),
+                                 silent.empty() ? "" : (" (no row of shard " + listOf(silent) + ")").c_str()),
+                    "all", "start the shards again that have not ended, or pass --allow-missing");
     }
     if (m_schema == kStability)
         merged.text = stabilityReport(lines, merged.exceeded);

@@ -179,10 +179,11 @@ SampleReport makeSample(const SampleOptions& options, const SampleProgress& prog
     const bool octree = options.model == SampleModel::Octree;
     const uint64_t least = octree ? 2 : 1; // an Octree-GS file keeps two numbers in its first two rows
     if (options.anchors < least || options.anchors > kMaxAnchors)
-        throw Error(ErrorCode::Usage,
-                    formatString("--anchors %llu: out of range, expected %llu to %llu; pass another number",
-                                 static_cast<unsigned long long>(options.anchors),
-                                 static_cast<unsigned long long>(least), static_cast<unsigned long long>(kMaxAnchors)));
+        throw Error(ErrorCode::Usage, formatString("--anchors %llu", static_cast<unsigned long long>(options.anchors)),
+                    "out of range",
+                    formatString("%llu to %llu", static_cast<unsigned long long>(least),
+                                 static_cast<unsigned long long>(kMaxAnchors)),
+                    "pass another number");
     NewFolder folder(options.output, options.overwrite, kModelFolder);
     const SamplePlan plan = planSample(options);
 

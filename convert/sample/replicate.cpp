@@ -68,8 +68,9 @@ void placeRow(const ReplicateSource& source, const TileAnchor& anchor, const glm
         const double jitter = std::isfinite(sigma) ? sigma * normalVariate(random) / double(quantum) : 0;
         const int64_t k = anchor.quanta[axis] + cells[axis] * per_step + std::llround(jitter);
         if (std::abs(k) >= int64_t(1) << 24)
-            throw Error(ErrorCode::Usage, "--anchors: the city would leave the range in which the voxel grid is "
-                                          "exact in single precision, expected a city within it; ask for fewer");
+            throw Error(ErrorCode::Usage, "--anchors",
+                        "the city would leave the range in which the voxel grid is exact in single precision",
+                        "a city within it", "ask for fewer");
         row[axis] = gridCoordinate(int32_t(k), quantum, source.origin, false);
     }
 }
@@ -151,9 +152,8 @@ void refuseSource(const std::string& output, const std::string& path)
     std::error_code error;
     for (std::filesystem::path at = std::filesystem::weakly_canonical(path, error); !error; at = at.parent_path()) {
         if (std::filesystem::equivalent(at, output, error))
-            throw Error(ErrorCode::Usage,
-                        output + ": holds the source " + path +
-                            ", which the city would replace, expected a folder without it; choose another folder");
+            throw Error(ErrorCode::Usage, output, "holds the source " + path + ", which the city would replace",
+                        "a folder without it", "choose another folder");
         error.clear(); // an output that does not exist is nobody's source
         if (at == at.parent_path())
             return;
@@ -166,10 +166,9 @@ SampleReport replicateCheckpoint(const ReplicateOptions& options, const SamplePr
 {
     const auto start = std::chrono::steady_clock::now();
     if (options.anchors < 2 || options.anchors > kMaxAnchors)
-        throw Error(ErrorCode::Usage,
-                    formatString("--anchors %llu: out of range, expected 2 to %llu; pass another number",
-                                 static_cast<unsigned long long>(options.anchors),
-                                 static_cast<unsigned long long>(kMaxAnchors)));
+        throw Error(ErrorCode::Usage, formatString("--anchors %llu", static_cast<unsigned long long>(options.anchors)),
+                    "out of range", formatString("2 to %llu", static_cast<unsigned long long>(kMaxAnchors)),
+                    "pass another number");
     refuseSource(options.output, options.input);
     NewFolder folder(options.output, options.overwrite, kModelFolder);
     const Checkpoint checkpoint = readCheckpoint(options.input, {});

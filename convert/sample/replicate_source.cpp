@@ -23,10 +23,9 @@ std::vector<SourceCamera> trainingCameras(const Checkpoint& checkpoint)
     std::vector<SourceCamera> cameras = checkpoint.cameras;
     std::erase_if(cameras, [](const SourceCamera& camera) { return camera.is_test; });
     if (cameras.size() < kMinViews)
-        throw Error(ErrorCode::Usage,
-                    formatString("%s: has %zu training cameras, expected at least %u in cameras.json; replicate needs "
-                                 "the cameras of an aerial model to find the ground",
-                                 checkpoint.model_path.c_str(), cameras.size(), kMinViews));
+        throw Error(ErrorCode::Usage, checkpoint.model_path, formatString("has %zu training cameras", cameras.size()),
+                    formatString("at least %u in cameras.json", kMinViews),
+                    "replicate needs the cameras of an aerial model to find the ground");
     return cameras;
 }
 
@@ -66,8 +65,8 @@ void locate(const Checkpoint& cp, const std::vector<GridSample>& all, ReplicateS
     const GridHints hints{cp.voxel_size, cp.fork, source.octree};
     const std::optional<Grid> grid = fitGrid(samples, hints);
     const auto refuse = [&] {
-        throw Error(ErrorCode::Unsupported, cp.ply_path + ": positions do not lie on a voxel grid, expected those a "
-                                                          "trainer leaves; replicate needs the grid to snap copies to");
+        throw Error(ErrorCode::Unsupported, cp.ply_path, "positions do not lie on a voxel grid",
+                    "those a trainer leaves", "replicate needs the grid to snap copies to");
     };
     if (!grid)
         refuse();
@@ -91,9 +90,8 @@ void locate(const Checkpoint& cp, const std::vector<GridSample>& all, ReplicateS
 ReplicateSource readReplicateSource(const Checkpoint& cp)
 {
     if (cp.family != ModelFamily::ScaffoldGs && cp.family != ModelFamily::OctreeGs)
-        throw Error(ErrorCode::Unsupported,
-                    cp.model_path + ": is neither a Scaffold-GS nor an Octree-GS model, expected one of them; "
-                                    "replicate writes these two layouts only");
+        throw Error(ErrorCode::Unsupported, cp.model_path, "is neither a Scaffold-GS nor an Octree-GS model",
+                    "one of them", "replicate writes these two layouts only");
     const std::vector<SourceCamera> cameras = trainingCameras(cp);
     const auto anchors = openAnchors(cp);
     AnchorBatch batch;
@@ -110,16 +108,16 @@ ReplicateSource readReplicateSource(const Checkpoint& cp)
         }
     }
     if (seen.size() < 100)
-        throw Error(ErrorCode::Usage, formatString("%s: %zu anchors are seen by %u training cameras, expected at least "
-                                                   "100; replicate needs a model of the ground from the air",
-                                                   cp.model_path.c_str(), seen.size(), kMinViews));
+        throw Error(ErrorCode::Usage, cp.model_path,
+                    formatString("%zu anchors are seen by %u training cameras", seen.size(), kMinViews), "at least 100",
+                    "replicate needs a model of the ground from the air");
     ReplicateSource source;
     source.octree = cp.family == ModelFamily::OctreeGs;
     source.row_floats = 3 + 3 + 3 * cp.n_offsets + cp.feat_dim + 1 + 6 + 4;
     source.frame = fitGround(seen, cameras);
     if (!(source.frame.view_height > 0))
-        throw Error(ErrorCode::Usage, cp.model_path + ": the cameras are not above the ground, expected them in the "
-                                                      "air; replicate needs a model photographed from the air");
+        throw Error(ErrorCode::Usage, cp.model_path, "the cameras are not above the ground", "them in the air",
+                    "replicate needs a model photographed from the air");
     anchors->rewind();
     while (anchors->next(batch, kAnchorAll, kBatch)) {
         throwIfInterrupted();
@@ -132,9 +130,8 @@ ReplicateSource readReplicateSource(const Checkpoint& cp)
         }
     }
     if (source.anchors.empty())
-        throw Error(ErrorCode::Usage,
-                    cp.model_path +
-                        ": no anchor lies within the ground tile, expected at least one; pass an aerial model");
+        throw Error(ErrorCode::Usage, cp.model_path, "no anchor lies within the ground tile", "at least one",
+                    "pass an aerial model");
     locate(cp, samples, source);
     return source;
 }

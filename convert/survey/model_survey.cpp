@@ -173,10 +173,9 @@ ModelSurvey surveyPoints(const GscView& view, std::vector<dvec3> points, const s
     survey.near_z = double(view.params->near_z);
     survey.points = std::move(points);
     if (survey.points.size() < kLeastAnchors)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("%s: %zu anchors with a finite position, expected at least %zu; there is nothing to "
-                                 "move about in",
-                                 name.c_str(), survey.points.size(), kLeastAnchors));
+        throw Error(ErrorCode::Unsupported, name,
+                    formatString("%zu anchors with a finite position", survey.points.size()),
+                    formatString("at least %zu", kLeastAnchors), "there is nothing to move about in");
     survey.cameras = storedCameras(view);
     const std::vector<SourceCamera>& cameras = survey.cameras;
     for (const uint32_t least : {kMinViews, 1u}) {
@@ -205,8 +204,8 @@ ModelSurvey surveyPoints(const GscView& view, std::vector<dvec3> points, const s
     setMetre(survey, metre);
     setLevels(*view.params, site);
     if (!(site.metre > 0) || !std::isfinite(site.metre))
-        throw Error(ErrorCode::Unsupported,
-                    name + ": all anchors lie in one place, expected a model one can move about in; pass another one");
+        throw Error(ErrorCode::Unsupported, name, "all anchors lie in one place", "a model one can move about in",
+                    "pass another one");
     return survey;
 }
 

@@ -29,10 +29,9 @@ public:
     {
         Buffer& buffer = m_buffers[chunk];
         if (buffer.written + buffer.held == m_chunks[chunk].anchor_count)
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("chunk %u: gets more than %u anchors, expected those the scan counted; convert "
-                                     "again while nobody changes the checkpoint",
-                                     chunk, m_chunks[chunk].anchor_count));
+            throw Error(ErrorCode::InvalidFile, formatString("chunk %u", chunk),
+                        formatString("gets more than %u anchors", m_chunks[chunk].anchor_count),
+                        "those the scan counted", "convert again while nobody changes the checkpoint");
         if (buffer.bytes.empty())
             buffer.bytes.resize(size_t(std::min(m_records_per_buffer, m_chunks[chunk].anchor_count)) * m_record_bytes);
         if (size_t(buffer.held) * m_record_bytes == buffer.bytes.size())
@@ -45,10 +44,10 @@ public:
         for (uint32_t chunk = 0; chunk < m_chunks.size(); ++chunk) {
             flush(chunk);
             if (m_buffers[chunk].written != m_chunks[chunk].anchor_count)
-                throw Error(ErrorCode::InvalidFile,
-                            formatString("chunk %u: gets %u anchors, expected the %u the scan counted; convert again "
-                                         "while nobody changes the checkpoint",
-                                         chunk, m_buffers[chunk].written, m_chunks[chunk].anchor_count));
+                throw Error(ErrorCode::InvalidFile, formatString("chunk %u", chunk),
+                            formatString("gets %u anchors", m_buffers[chunk].written),
+                            formatString("the %u the scan counted", m_chunks[chunk].anchor_count),
+                            "convert again while nobody changes the checkpoint");
             m_buffers[chunk].bytes = {};
         }
     }

@@ -74,11 +74,11 @@ void checkMlps(std::span<const Mlp> mlps, const char* name)
             for (const std::vector<float>* values : {&layer.weight, &layer.bias}) {
                 const auto bad = std::ranges::find_if_not(*values, [](float value) { return std::isfinite(value); });
                 if (bad != values->end())
-                    throw Error(ErrorCode::InvalidFile,
-                                formatString("%s: layer %d of the %s mlp holds %g at element %zu of its %s, expected "
-                                             "finite numbers; the training diverged",
-                                             name, int(&layer - mlp.layers), kNames[uint32_t(mlp.kind)], double(*bad),
-                                             size_t(bad - values->begin()), values == &layer.bias ? "bias" : "weight"));
+                    throw Error(ErrorCode::InvalidFile, name,
+                                formatString("layer %d of the %s mlp holds %g at element %zu of its %s",
+                                             int(&layer - mlp.layers), kNames[uint32_t(mlp.kind)], double(*bad),
+                                             size_t(bad - values->begin()), values == &layer.bias ? "bias" : "weight"),
+                                "finite numbers", "the training diverged");
             }
 }
 

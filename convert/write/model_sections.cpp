@@ -147,9 +147,9 @@ std::vector<uint32_t> keptEmbeddingRows(const Checkpoint& checkpoint, int appear
 {
     const uint32_t rows = checkpoint.embeddingRows();
     if (appearance >= 0 && rows == 0)
-        throw Error(ErrorCode::Usage, formatString("--appearance %d: %s has no appearance embedding, expected a model "
-                                                   "trained with one; leave the option out",
-                                                   appearance, checkpoint.model_path.c_str()));
+        throw Error(ErrorCode::Usage, formatString("--appearance %d", appearance),
+                    checkpoint.model_path + " has no appearance embedding", "a model trained with one",
+                    "leave the option out");
     std::vector<uint32_t> all = checkpoint.embedding_numbers;
     if (all.empty()) {
         all.resize(rows);
@@ -158,10 +158,9 @@ std::vector<uint32_t> keptEmbeddingRows(const Checkpoint& checkpoint, int appear
     if (appearance < 0)
         return all;
     if (!std::ranges::binary_search(all, uint32_t(appearance)))
-        throw Error(ErrorCode::Usage,
-                    formatString("--appearance %d: the embedding has %u rows, expected %u to %u; pass "
-                                 "one of these or leave it out",
-                                 appearance, rows, all.front(), all.back()));
+        throw Error(ErrorCode::Usage, formatString("--appearance %d", appearance),
+                    formatString("the embedding has %u rows", rows), formatString("%u to %u", all.front(), all.back()),
+                    "pass one of these or leave it out");
     return {uint32_t(appearance)};
 }
 

@@ -235,9 +235,9 @@ Partition planPartition(AnchorSource& source, ScanResult& scan, const Checkpoint
                         const std::function<void(uint64_t)>& progress)
 {
     if (scan.levels.size() > kMaxLevels)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: has anchors on %zu levels, expected at most %u; train with fewer",
-                                 checkpoint.ply_path.c_str(), scan.levels.size(), kMaxLevels));
+        throw Error(ErrorCode::InvalidFile, checkpoint.ply_path,
+                    formatString("has anchors on %zu levels", scan.levels.size()),
+                    formatString("at most %u", kMaxLevels), "train with fewer");
     GridHints hints;
     hints.voxel_size = checkpoint.voxel_size;
     hints.fork = checkpoint.fork;
@@ -283,10 +283,9 @@ Partition planPartition(AnchorSource& source, ScanResult& scan, const Checkpoint
 QuantaPosition placeAnchor(PositionEncoding encoding, const LevelRecord& level, const float position[3])
 {
     return placeOrFail(encoding, level, position, [](float coordinate) {
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("coordinate %.9g: not on the voxel grid, expected the grid the scan found; convert "
-                                 "again while nobody changes the checkpoint",
-                                 double(coordinate)));
+        throw Error(ErrorCode::InvalidFile, formatString("coordinate %.9g", double(coordinate)),
+                    "not on the voxel grid", "the grid the scan found",
+                    "convert again while nobody changes the checkpoint");
     });
 }
 
@@ -298,8 +297,8 @@ uint32_t ChunkFinder::find(uint32_t level_index, const QuantaPosition& position)
         return m_last_chunk;
     const auto found = std::lower_bound(level.keys.begin(), level.keys.end(), key);
     if (found == level.keys.end() || *found != key)
-        throw Error(ErrorCode::InvalidFile, "chunk: an anchor lies where the scan met none, expected the same anchors; "
-                                            "convert again while nobody changes the checkpoint");
+        throw Error(ErrorCode::InvalidFile, "chunk", "an anchor lies where the scan met none", "the same anchors",
+                    "convert again while nobody changes the checkpoint");
     m_last_level = level_index;
     m_last_key = key;
     m_last_chunk = uint32_t(level.chunk_first) + uint32_t(found - level.keys.begin());

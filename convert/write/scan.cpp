@@ -65,21 +65,18 @@ public:
             }
         const char* name = m_checkpoint.ply_path.c_str();
         if (m_result.rows != m_checkpoint.anchor_count)
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: holds %llu anchors, expected %llu as its header says; it is truncated or "
-                                     "was changed while being read",
-                                     name, (unsigned long long)m_result.rows,
-                                     (unsigned long long)m_checkpoint.anchor_count));
+            throw Error(ErrorCode::InvalidFile, name,
+                        formatString("holds %llu anchors", (unsigned long long)m_result.rows),
+                        formatString("%llu as its header says", (unsigned long long)m_checkpoint.anchor_count),
+                        "it is truncated or was changed while being read");
         if (invalid && !m_drop_invalid)
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: %llu of %llu anchors cannot be shown: %s, expected finite values; pass "
-                                     "--drop-invalid to leave them out",
-                                     name, (unsigned long long)invalid, (unsigned long long)m_result.rows,
-                                     text.c_str()));
+            throw Error(ErrorCode::InvalidFile, name,
+                        formatString("%llu of %llu anchors cannot be shown: %s", (unsigned long long)invalid,
+                                     (unsigned long long)m_result.rows, text.c_str()),
+                        "finite values", "pass --drop-invalid to leave them out");
         if (m_result.kept == 0)
-            throw Error(ErrorCode::InvalidFile,
-                        formatString(
-                            "%s: has no anchor that can be shown, expected at least one; train the model again", name));
+            throw Error(ErrorCode::InvalidFile, name, "has no anchor that can be shown", "at least one",
+                        "train the model again");
         if (invalid)
             m_result.warnings.push_back(formatString("%llu of %llu anchors were left out: %s; source indices count "
                                                      "the remaining anchors",

@@ -20,9 +20,8 @@ void hashFile(const std::string& path, const std::stop_token& stop, Checksum64& 
     for (uint64_t at = 0; at < file.bytes();) {
         throwIfInterrupted();
         if (stop.stop_requested())
-            throw Error(
-                ErrorCode::Interrupted,
-                path + ": its checksum is not wanted any more, expected to be read to its end; run the command again");
+            throw Error(ErrorCode::Interrupted, path, "its checksum is not wanted any more", "to be read to its end",
+                        "run the command again");
         const std::span part = std::span(buffer).first(size_t(std::min<uint64_t>(buffer.size(), file.bytes() - at)));
         file.read(at, part);
         checksum.update(part);

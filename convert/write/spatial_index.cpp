@@ -62,10 +62,9 @@ openvdb::MaskGrid::Ptr buildMask(const LevelRecord& level, PositionEncoding enco
     const double width = double(1u << level.cell_log2), quantum = level.quantum;
     const double middle = encoding == PositionEncoding::Grid ? (width - 1) / 2 : width / 2;
     if (width * quantum < kLeastCell)
-        throw Error(
-            ErrorCode::Unsupported,
-            formatString("level %d: its largest cell is %g world units wide, expected at least %g; scale the scene up",
-                         level.level, width * quantum, kLeastCell));
+        throw Error(ErrorCode::Unsupported, formatString("level %d", level.level),
+                    formatString("its largest cell is %g world units wide", width * quantum),
+                    formatString("at least %g", kLeastCell), "scale the scene up");
     const auto transform = openvdb::math::Transform::createLinearTransform(width * quantum);
     transform->postTranslate(openvdb::Vec3d(double(level.origin) + middle * quantum));
     grid->setTransform(transform);
@@ -98,8 +97,7 @@ std::vector<std::byte> buildNanoVdb(const LevelRecord& level, PositionEncoding e
 
     const auto* grid = handle.grid<nanovdb::ValueMask>();
     if (!grid)
-        throw Error(ErrorCode::Internal,
-                    "nanovdb: made no mask grid, expected one; this is a bug of gsc, please report it");
+        throw internalError("nanovdb", "made no mask grid", "one");
     const uint32_t count = grid->tree().nodeCount(0);
     const auto* first = grid->tree().getFirstNode<0>();
     const auto accessor = grid->getAccessor();
@@ -107,15 +105,15 @@ std::vector<std::byte> buildNanoVdb(const LevelRecord& level, PositionEncoding e
         const int32_t* origin = build.record.origin;
         const auto* leaf = accessor.probeLeaf(nanovdb::Coord(origin[0], origin[1], origin[2]));
         if (!leaf)
-            throw Error(ErrorCode::Internal, formatString("nanovdb: lost the leaf at cell %d %d %d, expected every "
-                                                          "leaf; this is a bug of gsc, please report it",
-                                                          origin[0], origin[1], origin[2]));
+            throw internalError("nanovdb",
+                                formatString("lost the leaf at cell %d %d %d", origin[0], origin[1], origin[2]),
+                                "every leaf");
         build.record.nanovdb_index = uint32_t(leaf - first);
     }
     if (count != leaves.size() || handle.size() % NANOVDB_DATA_ALIGNMENT != 0)
-        throw Error(ErrorCode::Internal, formatString("nanovdb: made %u leaves and %llu bytes, expected %zu leaves and "
-                                                      "aligned bytes; this is a bug of gsc, please report it",
-                                                      count, (unsigned long long)handle.size(), leaves.size()));
+        throw internalError("nanovdb",
+                            formatString("made %u leaves and %llu bytes", count, (unsigned long long)handle.size()),
+                            formatString("%zu leaves and aligned bytes", leaves.size()));
     const auto* bytes = reinterpret_cast<const std::byte*>(handle.data());
     return {bytes, bytes + handle.size()};
 }
@@ -138,9 +136,7 @@ std::string openVdbFile(std::span<const std::byte* const> grids, uint64_t id, vo
                      unsigned(id >> 4 & 0xfff), static_cast<unsigned long long>(id & 0xffffffffffff));
     constexpr size_t kUuidAt = 21;
     if (bytes.size() < kUuidAt + 36 || bytes[kUuidAt + 8] != '-' || bytes[kUuidAt + 23] != '-')
-        throw Error(ErrorCode::Internal,
-                    "openvdb: wrote a file without a UUID at byte 21, expected one there; this is a "
-                    "bug of gsc, please report it");
+        throw internalError("openvdb", "wrote a file without a UUID at byte 21", "one there");
     return bytes.replace(kUuidAt, uuid.size(), uuid);
 }
 

@@ -65,9 +65,9 @@ public:
         checkMlps(m_checkpoint.mlps, name);
         m_rows = keptEmbeddingRows(m_checkpoint, m_options.appearance);
         if (m_checkpoint.anchor_count == 0 || m_checkpoint.anchor_count >= UINT32_MAX)
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: has %llu anchors, expected 1 to %u; pass a trained model of such a size",
-                                     name, (unsigned long long)m_checkpoint.anchor_count, UINT32_MAX - 1));
+            throw Error(ErrorCode::InvalidFile, name,
+                        formatString("has %llu anchors", (unsigned long long)m_checkpoint.anchor_count),
+                        formatString("1 to %u", UINT32_MAX - 1), "pass a trained model of such a size");
         // before any work: the output must be writable
         GscWriter writer(m_options.output, m_options.overwrite);
 
@@ -367,10 +367,8 @@ WriteReport writeGscFrom(const Checkpoint& checkpoint, AnchorSource& source, con
         arena.execute([&] { report = Writer(checkpoint, source, options, threads, progress).run(); });
         return report;
     } catch (const std::bad_alloc&) {
-        throw Error(ErrorCode::OutOfMemory,
-                    formatString("%s: not enough memory to convert it, expected enough for --memory-budget; try a "
-                                 "smaller --memory-budget or --chunk-anchors",
-                                 checkpoint.model_path.c_str()));
+        throw Error(ErrorCode::OutOfMemory, checkpoint.model_path, "not enough memory to convert it",
+                    "enough for --memory-budget", "try a smaller --memory-budget or --chunk-anchors");
     }
 }
 

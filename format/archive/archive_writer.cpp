@@ -22,19 +22,18 @@ void checkGap(const std::string& path, std::span<const std::byte> file, uint64_t
     const auto gap = file.subspan(size_t(from), size_t(to - from));
     const auto bad = std::ranges::find_if(gap, [](std::byte b) { return b != std::byte{0}; });
     if (bad != gap.end())
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: byte %llu of the file to be archived is 0x%02x, expected zero between its parts; "
-                                 "gsc validate lists everything wrong with it",
-                                 path.c_str(), (unsigned long long)(from + uint64_t(bad - gap.begin())),
-                                 unsigned(*bad)));
+        throw Error(ErrorCode::InvalidFile, path,
+                    formatString("byte %llu of the file to be archived is 0x%02x",
+                                 (unsigned long long)(from + uint64_t(bad - gap.begin())), unsigned(*bad)),
+                    "zero between its parts", "see everything that is wrong with it")
+            .with({Setting::Validation});
 }
 
 void checkCodec()
 {
     if (!hasCodec(Codec::Zstd))
-        throw Error(ErrorCode::Unsupported,
-                    "codec zstd: not part of this build, expected one that has it; build gsc with "
-                    "GSC_WITH_ZSTD");
+        throw Error(ErrorCode::Unsupported, "codec zstd", "not part of this build", "one that has it",
+                    "build it with GSC_WITH_ZSTD");
 }
 
 void addTo(ArchiveSizes& sizes, const ArchivePart& part)

@@ -31,12 +31,10 @@ struct Descriptor {
 [[noreturn]] void throwErrno(const std::string& path, const char* what, int code)
 {
     if (code == ENOMEM)
-        throw Error(ErrorCode::OutOfMemory,
-                    formatString("%s: %s (%s), expected address space for the whole file; raise "
-                                 "the limit (ulimit -v) or close other programs",
-                                 path.c_str(), what, std::strerror(code)));
-    throw Error(ErrorCode::Io, formatString("%s: %s (%s), expected a file that can be read; check its path and rights",
-                                            path.c_str(), what, std::strerror(code)));
+        throw Error(ErrorCode::OutOfMemory, path, formatString("%s (%s)", what, std::strerror(code)),
+                    "address space for the whole file", "raise the limit (ulimit -v) or close other programs");
+    throw Error(ErrorCode::Io, path, formatString("%s (%s)", what, std::strerror(code)), "a file that can be read",
+                "check its path and rights");
 }
 
 // Mappings that a signal handler finds. A mapping that got no slot is not named when it faults.
@@ -86,23 +84,17 @@ std::string jsonQuoted(const std::string& text)
 
 std::unique_ptr<const FaultTexts> faultTexts(const std::string& path)
 {
-    const std::string message =
-        validUtf8(path + ": became shorter while it was read, or its disk failed, expected a file that stays as it is; "
-                         "write new versions under another name and rename them");
+    const Error error(ErrorCode::Io, path, "became shorter while it was read, or its disk failed",
+                      "a file that stays as it is", "write new versions under another name and rename them");
+    const std::string message = error.what(), quoted = jsonQuoted(message);
     // as errorJson() of the tools, which cannot run in a signal handler
-    std::string found = "null", expected = "null", remedy = "null";
-    const size_t object = message.find(": "), wanted = message.find(", expected "), todo = message.find("; ", wanted);
-    if (object < wanted && todo != std::string::npos) {
-        found = jsonQuoted(message.substr(object + 2, wanted - object - 2));
-        expected = jsonQuoted(message.substr(wanted + 11, todo - wanted - 11));
-        remedy = jsonQuoted(message.substr(todo + 2));
-    }
-    const std::string quoted = jsonQuoted(message);
-    return std::make_unique<const FaultTexts>(
-        FaultTexts{"error: " + message + "\n", R"({"event":"error","message":)" + quoted + "}\n",
-                   formatString("{\"schema\": \"gsc.error/1\", \"code\": \"Io\", \"exit_code\": %d, \"message\": %s, "
-                                "\"found\": %s, \"expected\": %s, \"remedy\": %s}\n",
-                                int(ErrorCode::Io), quoted.c_str(), found.c_str(), expected.c_str(), remedy.c_str())});
+    return std::make_unique<const FaultTexts>(FaultTexts{
+        "error: " + message + "\n", R"({"event":"error","message":)" + quoted + "}\n",
+        formatString(
+            "{\"schema\": \"gsc.error/1\", \"code\": \"Io\", \"exit_code\": %d, \"message\": %s, \"subject\": %s, "
+            "\"found\": %s, \"expected\": %s, \"remedy\": %s}\n",
+            int(ErrorCode::Io), quoted.c_str(), jsonQuoted(error.subject()).c_str(), jsonQuoted(error.found()).c_str(),
+            jsonQuoted(error.expected()).c_str(), jsonQuoted(error.remedy()).c_str())});
 }
 
 } // namespace
@@ -126,9 +118,7 @@ MappedFile::MappedFile(const std::string& path)
     if (::fstat(file.fd, &info) != 0)
         throwErrno(path, "cannot read its size", errno);
     if (!S_ISREG(info.st_mode))
-        throw Error(ErrorCode::Io, formatString("%s: not a regular file, expected one that can be mapped; pass the "
-                                                "path of a file",
-                                                path.c_str()));
+        throw Error(ErrorCode::Io, path, "not a regular file", "one that can be mapped", "pass the path of a file");
     if (uint64_t(info.st_size) > uint64_t(std::numeric_limits<ptrdiff_t>::max()))
         throwErrno(path, "cannot map", EFBIG);
     if (info.st_size == 0)

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The first by name of what -w would delete and is not the kind's own, empty if there is none.
+// The first by name of what replacing it would delete and is not the kind's own, empty if there is none.
 std::string foreignEntry(const fs::path& folder, const FolderKind& kind)
 {
     std::string first;
@@ -35,13 +35,13 @@ void checkReplaced(const std::string& path, const fs::path& folder, const Folder
 {
     const char* const other = kind.marks[1] == nullptr ? kind.marks[0] : kind.marks[1];
     if (!fs::is_directory(folder) || (!fs::exists(folder / kind.marks[0]) && !fs::exists(folder / other)))
-        throw Error(ErrorCode::Usage,
-                    formatString("%s: is not a %s (no %s%s%s), expected one for -w to replace; choose another folder",
-                                 path.c_str(), kind.what, kind.marks[0], other == kind.marks[0] ? "" : ", no ",
-                                 other == kind.marks[0] ? "" : other));
+        throw Error(ErrorCode::Usage, path,
+                    formatString("is not a %s (no %s%s%s)", kind.what, kind.marks[0],
+                                 other == kind.marks[0] ? "" : ", no ", other == kind.marks[0] ? "" : other),
+                    "one to replace", "choose another folder");
     if (const std::string name = foreignEntry(folder, kind); !name.empty())
-        throw Error(ErrorCode::Usage, path + ": holds " + name + ", which -w would delete, expected a folder made by " +
-                                          kind.made_by + "; move it away or choose another folder");
+        throw Error(ErrorCode::Usage, path, "holds " + name + ", which would be deleted",
+                    std::string("a folder made by ") + kind.made_by, "move it away or choose another folder");
 }
 
 } // namespace
@@ -49,16 +49,16 @@ void checkReplaced(const std::string& path, const fs::path& folder, const Folder
 NewFolder::NewFolder(const std::string& path, bool overwrite, const FolderKind& kind)
 {
     if (path.empty())
-        throw Error(ErrorCode::Usage,
-                    std::string("output: no folder given, expected a path for the new ") + kind.what + "; give one");
+        throw Error(ErrorCode::Usage, "output", "no folder given", std::string("a path for the new ") + kind.what,
+                    "give one");
     checkOutputFolder(path, true);
     m_final = resolveOutput(path);
     std::error_code error;
     if (fs::exists(m_final, error) && !(fs::is_directory(m_final) && fs::is_empty(m_final))) {
         if (!overwrite)
-            throw Error(
-                ErrorCode::Usage,
-                path + ": exists already, expected no such folder; choose another folder or pass -w to replace it");
+            throw Error(ErrorCode::Usage, path, "exists already", "no such folder",
+                        "choose another folder or have it replaced")
+                .with({Setting::Overwrite});
         checkReplaced(path, m_final, kind);
     }
     for (fs::path parent = m_final.parent_path(); !parent.empty() && !fs::exists(parent, error);

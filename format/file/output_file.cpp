@@ -42,13 +42,11 @@ void writeStandardOutput(std::span<const std::byte> bytes)
 {
     const int code = std::fflush(stdout) != 0 ? errno : writeAll(STDOUT_FILENO, -1, bytes);
     if (code == EPIPE)
-        throw Error(ErrorCode::Io,
-                    "standard output: the program that read it has ended, expected it to read on; let it "
-                    "take all, or redirect to a file");
+        throw Error(ErrorCode::Io, "standard output", "the program that read it has ended", "it to read on",
+                    "let it take all, or redirect to a file");
     if (code != 0)
-        throw Error(ErrorCode::Io, formatString("standard output: cannot be written (%s), expected room for the "
-                                                "output; redirect it to another place",
-                                                std::strerror(code)));
+        throw Error(ErrorCode::Io, "standard output", formatString("cannot be written (%s)", std::strerror(code)),
+                    "room for the output", "redirect it to another place");
 }
 
 // Without `overwrite` the kernel itself refuses a target that exists: RENAME_NOREPLACE, or link() where the file system
@@ -63,8 +61,8 @@ void giveName(const std::string& temporary, const std::string& target, const std
             return;
         }
         if (errno == EEXIST)
-            throw Error(ErrorCode::Io, shown + ": appeared while it was being written, expected no such file; pass -w "
-                                               "to overwrite it");
+            throw Error(ErrorCode::Io, shown, "appeared while it was being written", "no such file", "have it replaced")
+                .with({Setting::Overwrite});
     }
     if (::rename(temporary.c_str(), target.c_str()) != 0)
         failOutput(shown, "cannot rename the finished file", errno);
@@ -262,8 +260,8 @@ void appendLine(const std::string& path, std::string_view line, std::string_view
         text.insert(0, "\n");
     }
     if (size >= 0 && !tail.empty() && !isCutLine(tail, line_start))
-        throw Error(ErrorCode::InvalidFile, path + ": its last line has no end and is no row that was cut, expected "
-                                                   "whole lines; choose another file");
+        throw Error(ErrorCode::InvalidFile, path, "its last line has no end and is no row that was cut", "whole lines",
+                    "choose another file");
     if (size < 0 || (!tail.empty() && ::ftruncate(file.fd, size) != 0))
         failOutput(path, "cannot be cut to its whole lines", errno);
     if (const int code = writeAll(file.fd, -1, std::as_bytes(std::span(text)))) {

@@ -54,9 +54,9 @@ void refuseSystemFolder(const std::string& path, const std::string& folder)
     struct statfs system {};
     const bool is_proc = ::statfs(folder.c_str(), &system) == 0 && system.f_type == PROC_SUPER_MAGIC;
     if (is_proc || folder == "/dev" || folder == "/dev/fd")
-        throw Error(ErrorCode::Io, path + ": lies in " + (is_proc ? "/proc" : "/dev") +
-                                       " and is no regular file, expected the name of a file to write; choose another "
-                                       "name, or - for standard output where the output is a text");
+        throw Error(ErrorCode::Io, path, std::string("lies in ") + (is_proc ? "/proc" : "/dev") + " and is no regular file",
+                    "the name of a file to write",
+                    "choose another name, or - for standard output where the output is a text");
 }
 
 } // namespace
@@ -77,11 +77,10 @@ void checkOutputsDiffer(std::span<const NamedPath> outputs, std::span<const Name
                 continue;
             const auto found = seen.find(key);
             if (found != seen.end() && found->second != &output)
-                throw Error(ErrorCode::Usage,
-                            formatString("%s: %s would overwrite %s (%s), expected a file of its own; choose another "
-                                         "name",
-                                         output.path.c_str(), output.what.c_str(), found->second->what.c_str(),
-                                         found->second->path.c_str()));
+                throw Error(ErrorCode::Usage, output.path,
+                            formatString("%s would overwrite %s (%s)", output.what.c_str(), found->second->what.c_str(),
+                                         found->second->path.c_str()),
+                            "a file of its own", "choose another name");
             seen.emplace(key, &output);
         }
     }
@@ -95,9 +94,9 @@ bool isStandardOutput(const std::string& path)
 void checkStandardOutput(const std::string& path, const char* option, bool json_summary)
 {
     if (isStandardOutput(path) && json_summary)
-        throw Error(ErrorCode::Usage, formatString("%s -: goes where --format json puts its own document, expected one "
-                                                   "of them; leave --format out, or give %s a file",
-                                                   option, option));
+        throw Error(ErrorCode::Usage, formatString("%s -", option), "goes where the report goes as JSON", "one of them",
+                    formatString("have the report as text, or give %s a file", option))
+            .with({Setting::ReportFormat});
 }
 
 std::string folderOf(const std::string& path)
@@ -109,22 +108,19 @@ std::string folderOf(const std::string& path)
 void failOutput(const std::string& path, const char* what, int code)
 {
     if (code == EBUSY) // such as a single file that is mounted into a container
-        throw Error(
-            ErrorCode::Io,
-            formatString("%s: is a mount point or in use (%s), expected a file that can be replaced; write into "
-                         "the folder it lies in, under another name",
-                         path.c_str(), std::strerror(code)));
+        throw Error(ErrorCode::Io, path, formatString("is a mount point or in use (%s)", std::strerror(code)),
+                    "a file that can be replaced", "write into the folder it lies in, under another name");
     const bool full = code == ENOSPC || code == EDQUOT || code == EFBIG;
-    throw Error(code == ENOMEM ? ErrorCode::OutOfMemory : ErrorCode::Io,
-                formatString("%s: %s (%s), expected %s", path.c_str(), what, std::strerror(code),
-                             full ? "room for it; free some space or write to another disk"
-                                  : "a folder that is there and may be written; check the path and its rights"));
+    throw Error(code == ENOMEM ? ErrorCode::OutOfMemory : ErrorCode::Io, path,
+                formatString("%s (%s)", what, std::strerror(code)),
+                full ? "room for it" : "a folder that is there and may be written",
+                full ? "free some space or write to another disk" : "check the path and its rights");
 }
 
 std::string resolveOutput(const std::string& path)
 {
     if (path.empty())
-        throw Error(ErrorCode::Io, "output: the name is empty, expected the name of a file; give one");
+        throw Error(ErrorCode::Io, "output", "the name is empty", "the name of a file", "give one");
     constexpr int kMostLinks = 40; // as the kernel
     std::string at = path;
     for (int links = 0; links <= kMostLinks; ++links) {
@@ -166,8 +162,7 @@ void checkOutput(const std::string& path, OutputKind kind, bool overwrite, Outpu
     if (isStandardOutput(path)) {
         if (kind == OutputKind::Text)
             return;
-        throw Error(ErrorCode::Usage,
-                    "-: is standard output, expected the name of a file, since this output is binary; "
+        throw Error(ErrorCode::Usage, "-", "is standard output", "the name of a file, since this output is binary",
                     "pass ./- for a file of that name");
     }
     const std::string target = resolveOutput(path);
@@ -176,19 +171,19 @@ void checkOutput(const std::string& path, OutputKind kind, bool overwrite, Outpu
     struct stat info {};
     const bool exists = ::lstat(target.c_str(), &info) == 0;
     if (exists && S_ISDIR(info.st_mode))
-        throw Error(ErrorCode::Io, path + ": is a folder, expected the name of a file to write; " + other);
+        throw Error(ErrorCode::Io, path, "is a folder", "the name of a file to write", other);
     if (path.back() == '/')
-        throw Error(ErrorCode::Io, path + ": ends in a slash, expected the name of a file to write; " + other);
+        throw Error(ErrorCode::Io, path, "ends in a slash", "the name of a file to write", other);
     if (exists && !S_ISREG(info.st_mode))
-        throw Error(ErrorCode::Io, path + ": is no regular file, expected the name of a file to write; " + other);
+        throw Error(ErrorCode::Io, path, "is no regular file", "the name of a file to write", other);
     if (exists && !overwrite)
-        throw Error(ErrorCode::Io, path + ": already exists, expected no such file; pass -w to overwrite it");
+        throw Error(ErrorCode::Io, path, "already exists", "no such file", "choose another name or have it replaced")
+            .with({Setting::Overwrite});
     const std::string parent = folderOf(target);
     if (::lstat(parent.c_str(), &info) != 0) {
         if (folder == OutputFolder::IsMade)
             return;
-        throw Error(ErrorCode::Io,
-                    path + ": its folder does not exist, expected an existing one; create " + parent + " first");
+        throw Error(ErrorCode::Io, path, "its folder does not exist", "an existing one", "create " + parent + " first");
     }
     if (::faccessat(AT_FDCWD, parent.c_str(), W_OK | X_OK, AT_EACCESS) != 0)
         failOutput(path, "its folder cannot be written", errno);
@@ -209,16 +204,17 @@ void checkAppend(const std::string& path)
 void checkOutputFolder(const std::string& path, bool overwrite)
 {
     if (isStandardOutput(path))
-        throw Error(ErrorCode::Usage, "-: is standard output, expected the name of a folder; pass ./- for a folder of "
-                                      "that name");
+        throw Error(ErrorCode::Usage, "-", "is standard output", "the name of a folder",
+                    "pass ./- for a folder of that name");
     const std::string target = resolveOutput(path);
     std::error_code code;
     const fs::file_status status = fs::symlink_status(target, code);
     if (fs::exists(status) && !fs::is_directory(status))
-        throw Error(ErrorCode::Io, path + ": is a file, expected the name of a folder to create; choose another name");
+        throw Error(ErrorCode::Io, path, "is a file", "the name of a folder to create", "choose another name");
     if (fs::exists(status) && !fs::is_empty(target, code) && !overwrite)
-        throw Error(ErrorCode::Io,
-                    path + ": already exists, expected no such folder; pass -w to replace what is in it");
+        throw Error(ErrorCode::Io, path, "already exists", "no such folder",
+                    "choose another name or have what is in it replaced")
+            .with({Setting::Overwrite});
 }
 
 } // namespace gsc

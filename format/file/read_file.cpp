@@ -29,8 +29,8 @@ struct Descriptor {
 
 [[noreturn]] void throwIo(const std::string& path, const char* what, const char* expected)
 {
-    throw Error(ErrorCode::Io, formatString("%s: %s (%s), expected %s; check its path and rights", path.c_str(), what,
-                                            std::strerror(errno), expected));
+    throw Error(ErrorCode::Io, path, formatString("%s (%s)", what, std::strerror(errno)), expected,
+                "check its path and rights");
 }
 
 } // namespace
@@ -62,9 +62,9 @@ std::string readInputText(const std::string& path, uint64_t most, const char* ex
         }
         text.append(buffer, size_t(count));
         if (text.size() > most)
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: has more than %llu MiB, expected %s; check its path", path.c_str(),
-                                     static_cast<unsigned long long>(most >> 20), expected));
+            throw Error(ErrorCode::InvalidFile, path,
+                        formatString("has more than %llu MiB", static_cast<unsigned long long>(most >> 20)), expected,
+                        "check its path");
     }
 }
 

@@ -52,10 +52,9 @@ void refusePointer(std::string_view text, uint64_t bytes, const std::string& pat
                        text.starts_with("version https://hawser.github.com/spec/") ||
                        text.starts_with("version http://git-media.io/v/");
     if (known && bytes < kMaxPointer)
-        throw Error(ErrorCode::InvalidFile,
-                    path + ": is a Git LFS pointer, expected the file of " + statedSize(text) +
-                        " bytes that it stands for; fetch it with 'git lfs pull' in its clone, or download the file "
-                        "itself");
+        throw Error(ErrorCode::InvalidFile, path, "is a Git LFS pointer",
+                    "the file of " + statedSize(text) + " bytes that it stands for",
+                    "fetch it with 'git lfs pull' in its clone, or download the file itself");
 }
 
 void refusePage(std::string_view text, const std::string& path)
@@ -68,9 +67,8 @@ void refusePage(std::string_view text, const std::string& path)
         if (startsWithWord(text, start))
             kind = "an XML document";
     if (kind)
-        throw Error(ErrorCode::InvalidFile, path + ": is " + kind +
-                                                ", expected the file that it is named as; download the file itself, a "
-                                                "server may have sent this instead");
+        throw Error(ErrorCode::InvalidFile, path, std::string("is ") + kind, "the file that it is named as",
+                    "download the file itself, a server may have sent this instead");
 }
 
 // Does a text hold the word, whatever its letters' size?
@@ -115,9 +113,8 @@ void refuseAnswer(std::string_view text, uint64_t bytes, const std::string& path
     std::string shown(text.substr(0, std::min<size_t>(text.find_first_of("\r\n"), 80)));
     std::ranges::replace_if(
         shown, [](char c) { return c >= 0 && (c < 0x20 || c == 0x7f); }, ' ');
-    throw Error(ErrorCode::InvalidFile, path + ": is an answer of a server, '" + shown +
-                                            "', expected the file that it is named as; check the address, and download "
-                                            "the file again");
+    throw Error(ErrorCode::InvalidFile, path, "is an answer of a server, '" + shown + "'",
+                "the file that it is named as", "check the address, and download the file again");
 }
 
 std::string_view extensionOf(std::string_view path)
@@ -139,10 +136,9 @@ void refuseLink(std::string_view text, uint64_t bytes, const std::string& path)
                std::string_view("/._-+ ").find(c) != std::string_view::npos;
     });
     if (letters && !text.empty() && text.find('/') != std::string_view::npos && extensionOf(text) == extensionOf(path))
-        throw Error(ErrorCode::InvalidFile,
-                    path + ": holds nothing but the path '" + std::string(text.substr(0, 120)) +
-                        "', expected the file that it names; it is a symbolic link that Git left as text, pass the "
-                        "file itself");
+        throw Error(ErrorCode::InvalidFile, path,
+                    "holds nothing but the path '" + std::string(text.substr(0, 120)) + "'", "the file that it names",
+                    "it is a symbolic link that Git left as text, pass the file itself");
 }
 
 struct Packing {
@@ -166,8 +162,8 @@ void refusePacked(std::string_view start, const std::string& path)
         // a digit from 1 to 9 and a magic number follow
         if (packing.name[0] == 'b' && start.substr(4, 6) != "1AY&SY")
             continue;
-        throw Error(ErrorCode::Unsupported, path + ": is compressed with " + packing.name +
-                                                ", expected the file itself; unpack it with " + packing.tool);
+        throw Error(ErrorCode::Unsupported, path, std::string("is compressed with ") + packing.name, "the file itself",
+                    std::string("unpack it with ") + packing.tool);
     }
 }
 

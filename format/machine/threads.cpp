@@ -123,10 +123,8 @@ std::string threadLimits()
 
 Error tooFewThreads(const std::string& object, size_t count)
 {
-    return {ErrorCode::OutOfMemory,
-            formatString("%s: too few threads can be started (%s), expected %zu; raise that limit, or end other "
-                         "programs of this user or container",
-                         object.c_str(), threadLimits().c_str(), count)};
+    return {ErrorCode::OutOfMemory, object, "too few threads can be started (" + threadLimits() + ")",
+            std::to_string(count), "raise that limit, or end other programs of this user or container"};
 }
 
 void requireThreads(const std::string& object, size_t count)

@@ -130,9 +130,9 @@ uint64_t binCpu(const BinArgs& args, const Workers& workers, BinScratch& scratch
         }
     }
     if (sum > UINT32_MAX)
-        throw Error(ErrorCode::OutOfMemory,
-                    formatString("frame: %llu (tile, splat) pairs, expected fewer than 2^32; render a smaller image",
-                                 static_cast<unsigned long long>(sum)));
+        throw Error(ErrorCode::OutOfMemory, "frame",
+                    formatString("%llu (tile, splat) pairs", static_cast<unsigned long long>(sum)), "fewer than 2^32",
+                    "render a smaller image");
     scratch.tile_first[tiles] = uint32_t(sum);
     scratch.entries.reserve(sum);
     workers.run(chunks, 1, [&](size_t begin, size_t end, int) {

@@ -15,9 +15,11 @@ void throwCuda(cudaError_t code, const char* call)
         kind = ErrorCode::OutOfMemory;
     else if (isUnsupportedDevice(code))
         kind = ErrorCode::Unsupported;
-    throw Error(kind,
-                formatString("cuda: %.*s: %s (%s), expected success; try --backend cpu", int(std::strcspn(call, "(")),
-                             call, cudaGetErrorString(code), cudaGetErrorName(code)));
+    throw Error(kind, "cuda",
+                formatString("%.*s: %s (%s)", int(std::strcspn(call, "(")), call, cudaGetErrorString(code),
+                             cudaGetErrorName(code)),
+                "success", "draw on the CPU")
+        .with({Setting::CpuBackend});
 }
 
 } // namespace gsc

@@ -58,10 +58,9 @@ private:
 
     [[noreturn]] static void throwOutOfMemory(size_t count)
     {
-        throw Error(ErrorCode::OutOfMemory,
-                    formatString("frame buffer: no memory for %zu values of %zu bytes, expected enough for this view; "
-                                 "render smaller images or a smaller model",
-                                 count, sizeof(T)));
+        throw Error(ErrorCode::OutOfMemory, "frame buffer",
+                    formatString("no memory for %zu values of %zu bytes", count, sizeof(T)), "enough for this view",
+                    "render smaller images or a smaller model");
     }
 
     std::unique_ptr<T, FreeMemory> m_data;

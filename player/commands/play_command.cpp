@@ -87,14 +87,13 @@ void checkShard(const CLI::App& app, const PlayOptions& options)
 {
     const bool keeps = options.frame.reuse.policy != ReusePolicy::None, coarse = options.frame.detail > 0;
     if (options.shard.isGiven() && (keeps || coarse || options.frame.lod_hysteresis > 0 || options.frame.target_ms > 0))
-        throw Error(ErrorCode::Usage,
-                    formatString("--shard %s: with %s a frame depends on those before it, expected frames that can be "
-                                 "drawn apart; leave one of them out",
-                                 options.shard.text().c_str(),
-                                 keeps                              ? "--reuse"
-                                 : coarse                           ? detailOption(app)
-                                 : options.frame.lod_hysteresis > 0 ? "--lod-hysteresis"
-                                                                    : "--target-ms"));
+        throw Error(ErrorCode::Usage, "--shard " + options.shard.text(),
+                    formatString("with %s a frame depends on those before it", keeps    ? "--reuse"
+                                                                               : coarse ? detailOption(app)
+                                                                               : options.frame.lod_hysteresis > 0
+                                                                                   ? "--lod-hysteresis"
+                                                                                   : "--target-ms"),
+                    "frames that can be drawn apart", "leave one of them out");
     checkShardFile(options, "--stats", options.output.stats);
 }
 
@@ -113,22 +112,17 @@ void checkOut(const CLI::App& app, const PlayOptions& options)
                     (!options.output.stats.empty() && !isStandardOutput(options.output.stats)),
                 "--out, --video or --stats");
     if (is_stream && isStandardOutput(options.output.stats))
-        throw Error(ErrorCode::Usage,
-                    "--stats -: --out - has standard output, expected one of them; give --stats a file");
+        throw Error(ErrorCode::Usage, "--stats -", "--out - has standard output", "one of them", "give --stats a file");
     if ((is_stream || !options.output.video.empty()) && options.shard.isGiven())
-        throw Error(ErrorCode::Usage, formatString("%s: is one stream, expected the files of --shard %s; give --out a "
-                                                   "pattern of names, or leave --shard out",
-                                                   is_stream ? "--out -" : "--video", options.shard.text().c_str()));
+        throw Error(ErrorCode::Usage, is_stream ? "--out -" : "--video", "is one stream",
+                    "the files of --shard " + options.shard.text(),
+                    "give --out a pattern of names, or leave --shard out");
     if (!options.output.video.empty() && !options.output.video.ends_with(".mp4"))
-        throw Error(ErrorCode::Unsupported,
-                    formatString("--video %s: has another ending, expected .mp4; choose such a name, "
-                                 "or pipe --out - into ffmpeg",
-                                 options.output.video.c_str()));
+        throw Error(ErrorCode::Unsupported, "--video " + options.output.video, "has another ending", ".mp4",
+                    "choose such a name, or pipe --out - into ffmpeg");
     if (!options.output.out.empty() && !is_stream && !isImageExtension(options.output.out))
-        throw Error(
-            ErrorCode::Unsupported,
-            formatString("--out %s: this build cannot write such a file, expected one of %s; choose one of them",
-                         options.output.out.c_str(), imageExtensions().c_str()));
+        throw Error(ErrorCode::Unsupported, "--out " + options.output.out, "this build cannot write such a file",
+                    "one of " + imageExtensions(), "choose one of them");
 }
 
 ErrorCode runPlay(const PlayOptions& options, Reporter& report)
@@ -159,7 +153,7 @@ void addPlayOptions(CLI::App& app, PlayOptions& options)
 void checkPlayOptions(const CLI::App& app, const PlayOptions& options)
 {
     if (options.model.file.empty())
-        throw Error(ErrorCode::Usage, "FILE: not given, expected a .gsc behind gsc-play; see gsc-play --help");
+        throw Error(ErrorCode::Usage, "FILE", "not given", "a .gsc behind gsc-play", "see gsc-play --help");
     checkRenderOptions(app, options, false);
     checkWorkerOptions(app, options);
     checkEffect(app, "--device", !options.devices.backend.starts_with("cpu"), "--backend cuda or auto");

@@ -247,9 +247,8 @@ void addShard(CLI::App& app, PlayOptions& options, const char* what, const char*
 void checkShardFile(const PlayOptions& options, const char* option, const std::string& file)
 {
     if (options.shard.isGiven() && (file.empty() || isStandardOutput(file)))
-        throw Error(ErrorCode::Usage, formatString("--shard %s: nothing says where to keep what is done, expected a "
-                                                   "file of its own for each shard; pass %s FILE.jsonl",
-                                                   options.shard.text().c_str(), option));
+        throw Error(ErrorCode::Usage, "--shard " + options.shard.text(), "nothing says where to keep what is done",
+                    "a file of its own for each shard", formatString("pass %s FILE.jsonl", option));
 }
 
 void addScoreFrames(CLI::App& app, ScoreOptions& score)
@@ -277,10 +276,8 @@ void addTargetOption(CLI::App& app, PlayOptions& options, Views views)
 void checkEffect(const CLI::App& app, const char* option, bool has_effect, const std::string& needs)
 {
     if (!has_effect && isGiven(app, option))
-        throw Error(ErrorCode::Usage,
-                    formatString("%s: has no effect here, expected %s with it; pass that too or leave "
-                                 "%s out",
-                                 option, needs.c_str(), option));
+        throw Error(ErrorCode::Usage, option, "has no effect here", needs + " with it",
+                    formatString("pass that too or leave %s out", option));
 }
 
 void checkEyes(const CLI::App& app, const PlayOptions& options, bool takes_two_eyes)
@@ -301,13 +298,12 @@ namespace {
 void checkDetail(const CLI::App& app, const FrameChoice& choice)
 {
     if (choice.detail > 0 && choice.tier == Tier::Exact)
-        throw Error(ErrorCode::Usage, "--detail: joins what is small, expected --tier fast or turbo; pass one of those "
-                                      "or leave --detail out");
+        throw Error(ErrorCode::Usage, "--detail", "joins what is small", "--tier fast or turbo",
+                    "pass one of those or leave --detail out");
     if (choice.detail > 0 && choice.reuse.policy != ReusePolicy::None)
-        throw Error(ErrorCode::Usage,
-                    formatString("%s: together with --reuse %s, expected one of them, because both keep what was "
-                                 "decoded; leave one of them out",
-                                 detailOption(app), policyName(choice.reuse.policy)));
+        throw Error(ErrorCode::Usage, detailOption(app),
+                    formatString("together with --reuse %s", policyName(choice.reuse.policy)),
+                    "one of them, because both keep what was decoded", "leave one of them out");
 }
 
 } // namespace
@@ -322,8 +318,8 @@ void checkRenderOptions(const CLI::App& app, const PlayOptions& options, bool pa
         checkEffect(app, option, reuse.policy == ReusePolicy::Error, "--reuse error");
     checkEffect(app, "--fovea-pixels", options.frame.foveation != FoveationMode::None, "--foveation");
     if (options.frame.foveation != FoveationMode::None && options.frame.tier == Tier::Exact)
-        throw Error(ErrorCode::Usage, "--foveation: leaves Gaussians out, expected --tier fast; pass that or leave "
-                                      "--foveation out");
+        throw Error(ErrorCode::Usage, "--foveation", "leaves Gaussians out", "--tier fast",
+                    "pass that or leave --foveation out");
     checkEffect(app, "--cache-budget", reuse.policy != ReusePolicy::None, "--reuse depth or --reuse error");
     if (!paths_follow) {
         checkEyes(app, options, takes_two_eyes);
@@ -331,8 +327,9 @@ void checkRenderOptions(const CLI::App& app, const PlayOptions& options, bool pa
             checkEffect(app, option, options.cameras.isFile(), "--cameras FILE");
     }
     if (options.frame.stereo == StereoMode::Merged && reuse.policy == ReusePolicy::Error)
-        throw Error(ErrorCode::Usage, "--stereo merged: together with --reuse error, which bounds the change for each "
-                                      "eye, expected --reuse depth or none; pass one of these or --stereo exact");
+        throw Error(ErrorCode::Usage, "--stereo merged",
+                    "together with --reuse error, which bounds the change for each eye", "--reuse depth or none",
+                    "pass one of these or --stereo exact");
 }
 
 } // namespace gsc

@@ -77,11 +77,10 @@ void addStabilityCommand(CLI::App& root, Invocation& invocation)
         checkEffect(command, "--out", options->play.shard.isGiven(), "--shard");
         checkShardFile(options->play, "--out", options->out);
         if (options->score.every > 1 && options->bound_temporal > 0)
-            throw Error(
-                ErrorCode::Usage,
-                formatString("--score-every %llu: leaves frames out, and --bound-temporal bounds changes from each "
-                             "frame to the next, expected 1; pass --bound-temporal 0 too",
-                             static_cast<unsigned long long>(options->score.every)));
+            throw Error(ErrorCode::Usage,
+                        formatString("--score-every %llu", static_cast<unsigned long long>(options->score.every)),
+                        "leaves frames out, and --bound-temporal bounds changes from each frame to the next", "1",
+                        "pass --bound-temporal 0 too");
         options->play.cameras.may_end_sooner = true; // the longest trajectory is looked at, see stability()
         invocation.run = [options](Reporter& report) { return runStability(*options, report); };
     });

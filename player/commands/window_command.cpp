@@ -44,10 +44,8 @@ void checkWindowOptions(const CLI::App& app, const WindowOptions& options)
     checkWorkerOptions(app, options.play);
     checkEffect(app, "--overwrite", !options.log.empty(), "--log");
     if (!std::filesystem::is_directory(options.folder))
-        throw Error(ErrorCode::Io,
-                    formatString("%s: no folder, expected one for screenshots and paths; make it, or pass "
-                                 "another with --folder",
-                                 options.folder.c_str()));
+        throw Error(ErrorCode::Io, options.folder, "no folder", "one for screenshots and paths",
+                    "make it, or pass another with --folder");
 }
 
 ErrorCode runWindowCommand(const WindowOptions& options, Reporter& report)

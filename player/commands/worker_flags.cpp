@@ -157,24 +157,20 @@ void checkWorkerOptions(const CLI::App& app, const PlayOptions& options, bool sw
         checkEffect(app, option, drawsWithService(options.devices), "--gpus or --devices");
     for (const char* option : {"--gpus", "--devices", "--device"})
         if (remoteWorkers() != nullptr && isGiven(app, option))
-            throw Error(ErrorCode::Usage, formatString("%s: the ranks of an MPI job are its devices, expected it left "
-                                                       "out; say with mpirun -n N how many",
-                                                       option));
+            throw Error(ErrorCode::Usage, option, "the ranks of an MPI job are its devices", "it left out",
+                        "say with mpirun -n N how many");
     if (options.devices.first_picture && drawsWithService(options.devices))
-        throw Error(ErrorCode::Usage,
-                    "--first-picture: several devices load each at its own pace and would show now more, "
-                    "now less, expected one device; leave --first-picture or the others out");
+        throw Error(ErrorCode::Usage, "--first-picture",
+                    "several devices load each at its own pace and would show now more, now less", "one device",
+                    "leave --first-picture or the others out");
     if (workers.max_fps > 0 && workers.max_fps < workers.min_fps)
-        throw Error(ErrorCode::Usage,
-                    formatString("--max-fps %g: below --min-fps %g, expected at least that; raise it or "
-                                 "leave it out",
-                                 workers.max_fps, workers.min_fps));
+        throw Error(ErrorCode::Usage, formatString("--max-fps %g", workers.max_fps),
+                    formatString("below --min-fps %g", workers.min_fps), "at least that", "raise it or leave it out");
     if (workers.mode == ServiceMode::Eye && options.view.eyes != 2)
-        throw Error(ErrorCode::Usage,
-                    "--mode eye: with one eye, expected --eyes 2; pass that too or take another mode");
+        throw Error(ErrorCode::Usage, "--mode eye", "with one eye", "--eyes 2", "pass that too or take another mode");
     if (workers.mode == ServiceMode::Eye && options.frame.stereo == StereoMode::Merged)
-        throw Error(ErrorCode::Usage, "--mode eye: together with --stereo merged, which decodes once for both eyes, "
-                                      "expected one of them; take --mode split or frame");
+        throw Error(ErrorCode::Usage, "--mode eye", "together with --stereo merged, which decodes once for both eyes",
+                    "one of them", "take --mode split or frame");
     if (!sweeps && options.frame.reuse.policy == ReusePolicy::Error && drawsOnGpu(options.devices))
         checkReuse("cuda", options.frame.reuse.policy);
 }

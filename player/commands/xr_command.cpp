@@ -90,7 +90,7 @@ void checkXrOptions(const CLI::App& app, const XrChoice& choice)
         return;
     }
     if (options.play.model.file.empty())
-        throw Error(ErrorCode::Usage, "FILE: not given, expected a .gsc model; pass one, or --info");
+        throw Error(ErrorCode::Usage, "FILE", "not given", "a .gsc model", "pass one, or --info");
     checkRenderOptions(app, options.play, false);
     checkWorkerOptions(app, options.play);
     checkEffect(app, "--overwrite", !options.log.empty(), "--log");

@@ -70,10 +70,9 @@ std::optional<DrawnPose> FrameSource::next(std::chrono::nanoseconds most)
         const ServiceStats stats = m_opened.service->stats();
         if (allGone(stats)) {
             const std::string why = stats.workers.empty() ? "" : stats.workers.back().last_fault;
-            throw Error(ErrorCode::Device,
-                        formatString("%s: no worker is left%s%s, expected one; look at "
-                                     "--list-devices and start again",
-                                     m_input.c_str(), why.empty() ? "" : ", the last because: ", why.c_str()));
+            throw Error(ErrorCode::Device, m_input,
+                        formatString("no worker is left%s%s", why.empty() ? "" : ", the last because: ", why.c_str()),
+                        "one", "look at --list-devices and start again");
         }
         if (stats.counts.open() == 0) // what was asked for has expired or failed
             m_open.clear();

@@ -28,13 +28,11 @@ std::vector<DeviceId> devicesOf(const WorkerCount& count)
                 found.push_back(device.id);
         }
     if (found.empty())
-        throw Error(ErrorCode::Device,
-                    formatString("--gpus: no GPU can be used (%s), expected one; take --gpus cpu:N", why.c_str()));
+        throw Error(ErrorCode::Device, "--gpus", "no GPU can be used (" + why + ")", "one", "take --gpus cpu:N");
     if (!count.all && found.size() < count.number)
-        throw Error(ErrorCode::Usage,
-                    formatString("--gpus %u: this machine has %zu, expected at most that; gsc-play --list-devices "
-                                 "lists them",
-                                 count.number, found.size()));
+        throw Error(ErrorCode::Usage, formatString("--gpus %u", count.number),
+                    formatString("this machine has %zu", found.size()), "at most that",
+                    "gsc-play --list-devices lists them");
     if (!count.all)
         found.resize(count.number);
     return found;

@@ -30,10 +30,9 @@ bool hasLevels(const Scene& scene)
 void checkLevelChoice(const Scene& scene, const std::string& model, const std::string& what, double value)
 {
     if (value != 0 && !hasLevels(scene))
-        throw Error(ErrorCode::Usage,
-                    formatString("%s %g: has no effect on %s, which has one level of detail, expected several; leave "
-                                 "it out, or play an Octree-GS model",
-                                 what.c_str(), value, model.c_str()));
+        throw Error(ErrorCode::Usage, formatString("%s %g", what.c_str(), value),
+                    "has no effect on " + model + ", which has one level of detail", "several",
+                    "leave it out, or play an Octree-GS model");
 }
 
 void checkLevelOptions(const Scene& scene, const std::string& model, const FrameChoice& choice)
@@ -74,14 +73,15 @@ std::optional<FrameGuard> checkedGuard(const Scene& scene, const std::string& mo
 {
     std::optional<FrameGuard> guard = frameGuard(scene, choice, guarded);
     if (choice.target_ms > 0 && !guard)
-        throw Error(ErrorCode::Usage,
-                    formatString("--target-ms %g: has no effect on %s, which has one level of detail and is not drawn "
-                                 "coarse with this backend%s tier%s, expected something to give up; pass --tier fast "
-                                 "without --reuse%s, or leave it out",
-                                 choice.target_ms, model.c_str(), choice.on_path ? " and" : ",",
-                                 choice.on_path ? "" : " and cameras",
-                                 choice.on_path ? " or, in a headset or window, --foveation fixed"
-                                                : " and two cameras or more of a trajectory"));
+        throw Error(
+            ErrorCode::Usage, formatString("--target-ms %g", choice.target_ms),
+            formatString(
+                "has no effect on %s, which has one level of detail and is not drawn coarse with this backend%s tier%s",
+                model.c_str(), choice.on_path ? " and" : ",", choice.on_path ? "" : " and cameras"),
+            "something to give up",
+            formatString("pass --tier fast without --reuse%s, or leave it out",
+                         choice.on_path ? " or, in a headset or window, --foveation fixed"
+                                        : " and two cameras or more of a trajectory"));
     return guard;
 }
 

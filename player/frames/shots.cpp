@@ -20,9 +20,7 @@ void sizeHead(Camera& head, const ViewChoice& view)
         head.height = view.height;
     }
     if (head.width == 0)
-        throw Error(
-            ErrorCode::Usage,
-            formatString("camera %s: its file states no image size, expected one; pass --size WxH", head.name.c_str()));
+        throw Error(ErrorCode::Usage, "camera " + head.name, "its file states no image size", "one", "pass --size WxH");
 }
 
 // Throws what the views of a trajectory cannot give or take.
@@ -30,17 +28,14 @@ void checkViews(const TrajectoryFacts& facts, const std::string& cameras, const 
 {
     const char* const file = cameras.c_str();
     if (view.ipd.value > 0)
-        throw Error(ErrorCode::Usage, formatString("--ipd: %s says with \"views\" where the eyes are, expected no "
-                                                   "distance; leave --ipd out",
-                                                   file));
+        throw Error(ErrorCode::Usage, "--ipd", formatString("%s says with \"views\" where the eyes are", file),
+                    "no distance", "leave --ipd out");
     if (view.fov_x > 0)
-        throw Error(ErrorCode::Usage, formatString("--fov: %s gives the eyes their lenses with \"views\", expected no "
-                                                   "angle; leave --fov out",
-                                                   file));
+        throw Error(ErrorCode::Usage, "--fov", formatString("%s gives the eyes their lenses with \"views\"", file),
+                    "no angle", "leave --fov out");
     if (view.eyes == 2 && facts.views.size() < 2)
-        throw Error(ErrorCode::Usage, formatString("%s: \"views\" holds one eye, expected the left and the right one "
-                                                   "for two; pass --eyes 1",
-                                                   file));
+        throw Error(ErrorCode::Usage, file, "\"views\" holds one eye", "the left and the right one for two",
+                    "pass --eyes 1");
 }
 
 // Distance of two eyes in world units; 0 with one eye, or where views say where they are. Throws Error(Usage) where it
@@ -50,7 +45,7 @@ double eyeDistance(const Scene& scene, const std::string& file, const Trajectory
 {
     const Length& given = view.ipd;
     if (view.eyes == 1 && given.value > 0)
-        throw Error(ErrorCode::Usage, "--ipd: has no effect with one eye, expected two; pass --eyes 2 or leave it out");
+        throw Error(ErrorCode::Usage, "--ipd", "has no effect with one eye", "two", "pass --eyes 2 or leave it out");
     if (view.eyes == 1 || !facts.views.empty())
         return 0;
     if (given.value > 0 && given.unit == LengthUnit::World)
@@ -60,20 +55,18 @@ double eyeDistance(const Scene& scene, const std::string& file, const Trajectory
     const char* const model = file.c_str();
     const std::optional<Metre> metre = metreOfManifest(scene.manifest());
     if (!metre && given.value > 0)
-        throw Error(ErrorCode::Usage,
-                    formatString("--ipd %gm: %s does not say how long a metre is, expected a length in world units; "
-                                 "pass a plain number, or convert the model again",
-                                 given.value, model));
+        throw Error(ErrorCode::Usage, formatString("--ipd %gm", given.value),
+                    formatString("%s does not say how long a metre is", model), "a length in world units",
+                    "pass a plain number, or convert the model again");
     if (!metre)
-        throw Error(ErrorCode::Usage,
-                    formatString("%s: states no distance of the eyes, expected \"ipd\" in a trajectory or a metre in "
-                                 "%s; pass --ipd LENGTH, or convert the model again",
-                                 choice.isFile() ? choice.file.c_str() : model, model));
+        throw Error(ErrorCode::Usage, choice.isFile() ? choice.file.c_str() : model, "states no distance of the eyes",
+                    formatString("\"ipd\" in a trajectory or a metre in %s", model),
+                    "pass --ipd LENGTH, or convert the model again");
     const double metres = given.value > 0 ? given.value : kEyesApart;
     if (!(metres * metre->units < 1e15))
-        throw Error(ErrorCode::Usage, formatString("--ipd %gm: %g world units in %s, expected less than 1e15; pass a "
-                                                   "shorter one",
-                                                   metres, metres * metre->units, model));
+        throw Error(ErrorCode::Usage, formatString("--ipd %gm", metres),
+                    formatString("%g world units in %s", metres * metre->units, model), "less than 1e15",
+                    "pass a shorter one");
     if (given.value == 0)
         log.tell(formatString("eyes %g m apart: %.4g world units, because the model's metre is %.4g; --ipd LENGTH sets "
                               "another distance",
@@ -85,18 +78,16 @@ double eyeDistance(const Scene& scene, const std::string& file, const Trajectory
 void checkRange(const CameraChoice& choice, size_t cameras)
 {
     if (choice.first >= cameras)
-        throw Error(ErrorCode::Usage,
-                    formatString("%s: camera %llu is not there, expected at most %zu; pass one of those",
-                                 choice.range.empty() ? "--frames" : choice.range.c_str(),
-                                 static_cast<unsigned long long>(choice.first), cameras - 1));
+        throw Error(ErrorCode::Usage, choice.range.empty() ? "--frames" : choice.range,
+                    formatString("camera %llu is not there", static_cast<unsigned long long>(choice.first)),
+                    formatString("at most %zu", cameras - 1), "pass one of those");
     const bool open_end = choice.end == std::numeric_limits<uint64_t>::max();
     if (choice.may_end_sooner || open_end || choice.end <= cameras)
         return;
     const std::string name = choice.range.substr(0, choice.range.find(' '));
     const auto first = static_cast<unsigned long long>(choice.first);
-    throw Error(ErrorCode::Usage, formatString("%s: ends behind the last camera, expected at most %zu; pass %s "
-                                               "%llu:%zu or %llu:",
-                                               choice.range.c_str(), cameras, name.c_str(), first, cameras, first));
+    throw Error(ErrorCode::Usage, choice.range, "ends behind the last camera", formatString("at most %zu", cameras),
+                formatString("pass %s %llu:%zu or %llu:", name.c_str(), first, cameras, first));
 }
 
 // --fov is one angle, from which the other follows as of square pixels.
@@ -130,9 +121,9 @@ std::vector<Shot> cutShots(std::vector<Camera> cameras, const TrajectoryFacts& f
         else
             sizeHead(camera, view);
         if (camera.width < 1 || camera.height < 1 || camera.width > kMaxImageSide || camera.height > kMaxImageSide)
-            throw Error(ErrorCode::Usage,
-                        formatString("camera %s: its image is %u x %u pixels, expected 1 to %u each; pass --size WxH",
-                                     camera.name.c_str(), camera.width, camera.height, kMaxImageSide));
+            throw Error(ErrorCode::Usage, "camera " + camera.name,
+                        formatString("its image is %u x %u pixels", camera.width, camera.height),
+                        formatString("1 to %u each", kMaxImageSide), "pass --size WxH");
         Shot shot{camera, i, -1, ipd, std::nullopt};
         if (!facts.views.empty())
             shot.camera = eyeOfHead(camera, facts.views[0]);
@@ -182,8 +173,7 @@ std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, cons
     std::vector<Camera> cameras =
         sceneCameras(scene, choice.file, {choice.ignore_distortion, choice.transform, &warnings}, &facts);
     if (cameras.empty())
-        throw Error(ErrorCode::Usage,
-                    formatString("%s: holds no cameras, expected some to play; pass --cameras FILE", model.c_str()));
+        throw Error(ErrorCode::Usage, model, "holds no cameras", "some to play", "pass --cameras FILE");
     for (const std::string& text : warnings)
         log.warning(text);
     if (!facts.views.empty())

@@ -45,10 +45,8 @@ void checkFramesInFlight(const BenchOptions& options)
                               ? serviceFramesInFlight(workerDevices(options.play.devices).size())
                               : kFramesInFlight;
     if (options.in_flight > most)
-        throw Error(ErrorCode::Usage,
-                    formatString("--frames-in-flight %u: these devices take at most %u, expected that "
-                                 "or fewer; pass a smaller number",
-                                 options.in_flight, most));
+        throw Error(ErrorCode::Usage, formatString("--frames-in-flight %u", options.in_flight),
+                    formatString("these devices take at most %u", most), "that or fewer", "pass a smaller number");
 }
 
 } // namespace

@@ -69,10 +69,10 @@ private:
         const std::shared_ptr<PictureMemory> memory =
             memoryToKeep(bytes, m_renderer.id(), !m_place.on_device, m_renderer);
         if (memory == nullptr)
-            throw Error(ErrorCode::OutOfMemory, formatString("--quality, --score-every: the pictures of %zu cameras "
-                                                             "take %.1f GiB while the path is played, expected at most "
-                                                             "an eighth of the memory; score fewer",
-                                                             scored.size(), double(bytes) / double(1 << 30)));
+            throw Error(ErrorCode::OutOfMemory, "--quality, --score-every",
+                        formatString("the pictures of %zu cameras take %.1f GiB while the path is played",
+                                     scored.size(), double(bytes) / double(1 << 30)),
+                        "at most an eighth of the memory", "score fewer");
         std::map<uint64_t, FramePictures> played;
         m_renderer.dropCaches();
         m_loop.run(

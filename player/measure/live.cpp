@@ -91,15 +91,13 @@ void throwIfFailed(const LiveOptions& options, const ServiceStats& stats)
                                            [](const WorkerStats& worker) { return !worker.last_fault.empty(); });
     const std::string because = last == stats.workers.rend() ? "" : ", the last because: " + last->last_fault;
     if (allGone(stats))
-        throw Error(ErrorCode::Device, formatString("%s: no worker is left%s, expected one; look at --list-devices and "
-                                                    "start again",
-                                                    options.play.model.file.c_str(), because.c_str()));
+        throw Error(ErrorCode::Device, options.play.model.file, "no worker is left" + because, "one",
+                    "look at --list-devices and start again");
     if (stats.counts.of(PoseEnd::Shown) == 0 && stats.counts.of(PoseEnd::Failed) > 0)
-        throw Error(ErrorCode::Device,
-                    formatString("%s: no pose was shown and %llu failed%s, expected pictures; render one frame with "
-                                 "gsc-play to see why",
-                                 options.play.model.file.c_str(),
-                                 static_cast<unsigned long long>(stats.counts.of(PoseEnd::Failed)), because.c_str()));
+        throw Error(ErrorCode::Device, options.play.model.file,
+                    formatString("no pose was shown and %llu failed%s",
+                                 static_cast<unsigned long long>(stats.counts.of(PoseEnd::Failed)), because.c_str()),
+                    "pictures", "render one frame with gsc-play to see why");
 }
 
 } // namespace

@@ -36,10 +36,10 @@ void checkScored(const ScoreOptions& score, const Path& path, const std::string&
 {
     if (score.first >= path.shots.size())
         throw Error(ErrorCode::Usage,
-                    formatString("%s %llu: lies behind the last frame of %s, expected at most %zu; state a frame of it",
-                                 what.c_str(), static_cast<unsigned long long>(score.first),
-                                 path.name == "stored" ? "the stored cameras" : path.name.c_str(),
-                                 path.shots.size() - 1));
+                    formatString("%s %llu", what.c_str(), static_cast<unsigned long long>(score.first)),
+                    formatString("lies behind the last frame of %s",
+                                 path.name == "stored" ? "the stored cameras" : path.name.c_str()),
+                    formatString("at most %zu", path.shots.size() - 1), "state a frame of it");
 }
 
 bool dependsOnPath(const FrameOptions& frame)

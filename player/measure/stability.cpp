@@ -33,10 +33,8 @@ constexpr double kInvisible = 0.1 / 255;
 std::vector<std::string> cameraFiles(const StabilityOptions& options)
 {
     if (options.trajectories.empty())
-        throw Error(ErrorCode::Usage,
-                    formatString("--trajectories: none given, expected camera files or a folder of them; gsc sample "
-                                 "paths %s -o DIR makes those that break reuse",
-                                 options.play.model.file.c_str()));
+        throw Error(ErrorCode::Usage, "--trajectories", "none given", "camera files or a folder of them",
+                    "gsc sample paths " + options.play.model.file + " -o DIR makes those that break reuse");
     std::vector<std::string> files;
     for (const std::string& given : options.trajectories) {
         std::error_code code;
@@ -49,10 +47,9 @@ std::vector<std::string> cameraFiles(const StabilityOptions& options)
             if (entry->path().extension() == ".json")
                 found.push_back(entry->path().string());
         if (found.empty())
-            throw Error(ErrorCode::Io, formatString("%s: holds no camera file (%s), expected *.json; gsc sample paths "
-                                                    "%s -o DIR makes some",
-                                                    given.c_str(), code ? code.message().c_str() : "no *.json",
-                                                    options.play.model.file.c_str()));
+            throw Error(ErrorCode::Io, given,
+                        formatString("holds no camera file (%s)", code ? code.message().c_str() : "no *.json"),
+                        "*.json", "gsc sample paths " + options.play.model.file + " -o DIR makes some");
         std::sort(found.begin(), found.end());
         files.insert(files.end(), found.begin(), found.end());
     }
@@ -66,10 +63,8 @@ void checkFrames(const CameraChoice& from, const std::vector<Path>& paths)
     for (const Path& path : paths)
         most = std::max(most, path.shots.size());
     if (from.end != std::numeric_limits<uint64_t>::max() && from.first + most < from.end)
-        throw Error(
-            ErrorCode::Usage,
-            formatString("%s: ends behind the last camera of every trajectory, expected at most %llu; pass that",
-                         from.range.c_str(), static_cast<unsigned long long>(from.first + most)));
+        throw Error(ErrorCode::Usage, from.range, "ends behind the last camera of every trajectory",
+                    formatString("at most %llu", static_cast<unsigned long long>(from.first + most)), "pass that");
 }
 
 // --out of a shard, before any work.
@@ -89,10 +84,9 @@ void checkChanges(const StabilityOptions& options, const Path& path)
     const uint64_t frames = path.shots.size();
     if (options.bound_temporal > 0 && frames > 1 && options.score.scoredOf(frames) < 2)
         throw Error(
-            ErrorCode::Usage,
-            formatString("--score-first %llu: leaves one frame of %s, and --bound-temporal bounds changes from each "
-                         "frame to the next, expected two frames or more; pass --bound-temporal 0 too",
-                         static_cast<unsigned long long>(options.score.first), path.name.c_str()));
+            ErrorCode::Usage, formatString("--score-first %llu", static_cast<unsigned long long>(options.score.first)),
+            "leaves one frame of " + path.name + ", and --bound-temporal bounds changes from each frame to the next",
+            "two frames or more", "pass --bound-temporal 0 too");
 }
 
 // All that changes the report besides times and memory.

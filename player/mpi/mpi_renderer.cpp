@@ -94,9 +94,8 @@ public:
         open.verify = m_model.verify;
         open.options = m_limits;
         if (m_backend.size() >= sizeof(open.backend) || m_model.file.size() >= sizeof(open.path))
-            throw Error(ErrorCode::Usage,
-                        formatString("%s: a path of %zu bytes, expected fewer than %zu; use a shorter one",
-                                     m_model.file.c_str(), m_model.file.size(), sizeof(open.path)));
+            throw Error(ErrorCode::Usage, m_model.file, formatString("a path of %zu bytes", m_model.file.size()),
+                        formatString("fewer than %zu", sizeof(open.path)), "use a shorter one");
         m_backend.copy(open.backend, sizeof(open.backend) - 1);
         m_model.file.copy(open.path, sizeof(open.path) - 1);
         send(WireCommand::Open);
@@ -126,8 +125,9 @@ public:
         flying.targets.assign(request.targets.begin(), request.targets.end());
         for (const FrameTarget& target : request.targets) {
             if (target.kind > FrameTarget::Kind::Device || target.format != request.targets.front().format)
-                throw Error(ErrorCode::Unsupported, "target: not memory, or of two formats, of a renderer of another "
-                                                    "rank, expected memory of this process; use that");
+                throw Error(ErrorCode::Unsupported, "target",
+                            "not memory, or of two formats, of a renderer of another rank", "memory of this process",
+                            "use that");
             wire.wants_depth = wire.wants_depth || target.hasDepth();
             wire.format = target.format;
         }
@@ -192,9 +192,14 @@ private:
         s_all_bytes += sizeof(reply);
         if (reply.code == 0)
             return reply;
-        std::string text(reply.text_bytes, ' ');
-        wireReceive(text.data(), text.size(), m_rank, replyTag(m_number));
-        throw Error(code_of(ErrorCode(reply.code)), formatString("rank %d: %s", m_rank, text.c_str()));
+        std::string parts[4];
+        for (size_t i = 0; i < std::size(parts); ++i) {
+            parts[i].resize(reply.part_bytes[i]);
+            wireReceive(parts[i].data(), parts[i].size(), m_rank, replyTag(m_number));
+        }
+        throw Error(code_of(ErrorCode(reply.code)), formatString("rank %d: %s", m_rank, parts[0].c_str()), parts[1],
+                    parts[2], parts[3])
+            .with({reply.settings, reply.settings + reply.setting_count});
     }
 
     void receiveFrame(Flying& flying)

@@ -89,23 +89,31 @@ private:
         return here != 0;
     }
 
+    static Error errorOf(const std::exception_ptr& error)
+    {
+        try {
+            std::rethrow_exception(error);
+        } catch (const Error& e) {
+            return e;
+        } catch (const std::exception& e) {
+            return internalError("internal error", e.what(), "no such case");
+        }
+    }
+
     static void sendError(uint32_t number, const std::exception_ptr& error, uint64_t ticket)
     {
         WireReply reply;
         reply.ticket = ticket;
-        std::string text;
-        try {
-            std::rethrow_exception(error);
-        } catch (const Error& e) {
-            reply.code = int32_t(e.code());
-            text = e.what();
-        } catch (const std::exception& e) {
-            reply.code = int32_t(ErrorCode::Internal);
-            text = e.what();
-        }
-        reply.text_bytes = uint32_t(text.size());
+        const Error told = errorOf(error);
+        reply.code = int32_t(told.code());
+        const std::string* const parts[] = {&told.subject(), &told.found(), &told.expected(), &told.remedy()};
+        for (size_t i = 0; i < std::size(parts); ++i)
+            reply.part_bytes[i] = uint32_t(parts[i]->size());
+        reply.setting_count = uint32_t(std::min(told.settings().size(), std::size(reply.settings)));
+        std::copy_n(told.settings().begin(), reply.setting_count, reply.settings);
         wireSend(&reply, sizeof(reply), 0, replyTag(number));
-        wireSend(text.data(), text.size(), 0, replyTag(number));
+        for (const std::string* part : parts)
+            wireSend(part->data(), part->size(), 0, replyTag(number));
     }
 
     void open(uint32_t number)
@@ -115,11 +123,11 @@ private:
         try {
             std::shared_ptr<const Scene> scene = Scene::open(open.path, open.verify != 0);
             if (const uint64_t file = fileHash(open.path); file != open.file)
-                throw Error(ErrorCode::InvalidFile,
-                            formatString("%s: another file than rank 0 has, of checksum %016llx, expected %016llx; "
-                                         "give all ranks the same file",
-                                         open.path, static_cast<unsigned long long>(file),
-                                         static_cast<unsigned long long>(open.file)));
+                throw Error(ErrorCode::InvalidFile, open.path,
+                            formatString("another file than rank 0 has, of checksum %016llx",
+                                         static_cast<unsigned long long>(file)),
+                            formatString("%016llx", static_cast<unsigned long long>(open.file)),
+                            "give all ranks the same file");
             RankRenderer own;
             own.renderer = makeRenderer({open.backend, deviceOf(open.backend, m_on_machine)}, open.options);
             own.renderer->load(std::move(scene));
@@ -154,8 +162,7 @@ private:
         RankRenderer& own = m_renderers[request.renderer];
         try {
             if (own.renderer == nullptr)
-                throw Error(ErrorCode::Device,
-                            "frame: its renderer is not open, expected it to be; this is a bug, please report it");
+                throw internalError("frame", "its renderer is not open", "it to be");
             RankFrame frame;
             frame.request = request;
             size_t bytes = 0;

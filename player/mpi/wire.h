@@ -4,10 +4,11 @@
 //
 // Rank 0 sends a WireRequest (of Open, a WireOpen follows under the renderer's tag). The other answers Open and Draw
 // with a WireReply under the tag of the renderer, and Draw with the pixels of the columns that were drawn, row by row
-// without gaps, eye after eye, each followed by its depths if they are wanted. A reply that is an error has its text
+// without gaps, eye after eye, each followed by its depths if they are wanted. A reply that is an error has its parts
 // behind it, and nothing else.
 #pragma once
 
+#include <gsc/error.h>
 #include <gsc/renderer.h>
 
 #include <mpi.h>
@@ -39,8 +40,10 @@ struct WireOpen {
 
 struct WireReply {
     uint64_t ticket = 0;
-    int32_t code = 0; // ErrorCode
-    uint32_t text_bytes = 0;
+    int32_t code = 0;            // ErrorCode
+    uint32_t part_bytes[4] = {}; // of an error's subject, found, expected and remedy
+    uint32_t setting_count = 0;
+    Setting settings[8] = {}; // of the error
     FrameResult result;
     // In replies to Open
     uint32_t tier_exact = 0, tier_fast = 0; // Renderer::tierOf()

@@ -27,11 +27,10 @@ std::optional<uint64_t> wholeOf(std::string_view text)
 
 [[noreturn]] void failShard(const std::string& option, const std::string& text)
 {
-    throw Error(ErrorCode::Usage,
-                formatString("%s %.80s: no part of a whole, expected I/N with I from 1 to N and N at most %llu, such "
-                             "as 1/4, or auto or auto/N; correct it or leave %s out",
-                             option.c_str(), text.c_str(), static_cast<unsigned long long>(kMaxShards),
-                             option.c_str()));
+    throw Error(ErrorCode::Usage, formatString("%s %.80s", option.c_str(), text.c_str()), "no part of a whole",
+                formatString("I/N with I from 1 to N and N at most %llu, such as 1/4, or auto or auto/N",
+                             static_cast<unsigned long long>(kMaxShards)),
+                "correct it or leave " + option + " out");
 }
 
 // Number that a variable holds; none if it is not set or empty. Throws Error(Usage) for anything but a whole number.
@@ -42,9 +41,8 @@ std::optional<uint64_t> variable(const Environment& environment, const char* nam
         return std::nullopt;
     const std::optional<uint64_t> value = wholeOf(text);
     if (!value)
-        throw Error(ErrorCode::Usage, formatString("%s: is \"%.40s\", expected a whole number; correct it or pass "
-                                                   "--shard I/N",
-                                                   name, text));
+        throw Error(ErrorCode::Usage, name, formatString("is \"%.40s\"", text), "a whole number",
+                    "correct it or pass --shard I/N");
     return value;
 }
 
@@ -63,19 +61,19 @@ std::optional<Starter> slurm(const Environment& environment)
     if (!id)
         return std::nullopt;
     if (!count)
-        throw Error(ErrorCode::Usage, "--shard auto: SLURM_ARRAY_TASK_ID is set and SLURM_ARRAY_TASK_COUNT is not, "
-                                      "expected both, as sbatch --array sets them; pass --shard I/N");
+        throw Error(ErrorCode::Usage, "--shard auto", "SLURM_ARRAY_TASK_ID is set and SLURM_ARRAY_TASK_COUNT is not",
+                    "both, as sbatch --array sets them", "pass --shard I/N");
     const uint64_t first = variable(environment, "SLURM_ARRAY_TASK_MIN").value_or(0);
     const uint64_t step = std::max<uint64_t>(1, variable(environment, "SLURM_ARRAY_TASK_STEP").value_or(1));
     const uint64_t last = variable(environment, "SLURM_ARRAY_TASK_MAX").value_or(first + (*count - 1) * step);
     if (*id < first || (*id - first) % step != 0 || (*id - first) / step >= *count ||
         last != first + (*count - 1) * step)
-        throw Error(ErrorCode::Usage,
-                    formatString("--shard auto: task %llu of a Slurm array of %llu from %llu to %llu by %llu, expected "
-                                 "an array without gaps such as --array=1-4; pass --shard I/N",
+        throw Error(ErrorCode::Usage, "--shard auto",
+                    formatString("task %llu of a Slurm array of %llu from %llu to %llu by %llu",
                                  static_cast<unsigned long long>(*id), static_cast<unsigned long long>(*count),
                                  static_cast<unsigned long long>(first), static_cast<unsigned long long>(last),
-                                 static_cast<unsigned long long>(step)));
+                                 static_cast<unsigned long long>(step)),
+                    "an array without gaps such as --array=1-4", "pass --shard I/N");
     return Starter{"SLURM_ARRAY_TASK_ID", (*id - first) / step, count};
 }
 
@@ -99,41 +97,40 @@ Shard automaticShard(const std::string& text, std::optional<uint64_t> stated, co
 {
     const std::vector<Starter> found = startersOf(environment, ranks_are_devices);
     if (found.empty() && ranks_are_devices)
-        throw Error(ErrorCode::Usage,
-                    formatString("--shard %s: the ranks of this MPI job are devices of one run, and neither "
-                                 "SLURM_ARRAY_TASK_ID (Slurm) nor%s JOB_COMPLETION_INDEX (Kubernetes) is set, expected "
-                                 "one of them; pass --shard I/N, or start gsc-play by mpirun for a part to each rank",
-                                 text.c_str(), stated ? "" : ", for auto/N,"));
+        throw Error(ErrorCode::Usage, "--shard " + text,
+                    formatString("the ranks of this MPI job are devices of one run, and neither SLURM_ARRAY_TASK_ID "
+                                 "(Slurm) nor%s JOB_COMPLETION_INDEX (Kubernetes) is set",
+                                 stated ? "" : ", for auto/N,"),
+                    "one of them", "pass --shard I/N, or start gsc-play by mpirun for a part to each rank");
     if (found.empty())
-        throw Error(ErrorCode::Usage,
-                    formatString("--shard %s: none of SLURM_ARRAY_TASK_ID with SLURM_ARRAY_TASK_COUNT (Slurm), "
-                                 "OMPI_COMM_WORLD_RANK with OMPI_COMM_WORLD_SIZE (Open MPI)%s is set, expected one of "
-                                 "them; start it by sbatch --array or mpirun, or pass --shard I/N",
-                                 text.c_str(), stated ? " and JOB_COMPLETION_INDEX (Kubernetes)" : ""));
+        throw Error(ErrorCode::Usage, "--shard " + text,
+                    formatString("none of SLURM_ARRAY_TASK_ID with SLURM_ARRAY_TASK_COUNT (Slurm), "
+                                 "OMPI_COMM_WORLD_RANK with OMPI_COMM_WORLD_SIZE (Open MPI)%s is set",
+                                 stated ? " and JOB_COMPLETION_INDEX (Kubernetes)" : ""),
+                    "one of them", "start it by sbatch --array or mpirun, or pass --shard I/N");
     if (found.size() > 1)
-        throw Error(ErrorCode::Usage,
-                    formatString("--shard %s: both %s and %s are set, expected one of them to say which part this is; "
-                                 "pass --shard I/N",
-                                 text.c_str(), found[0].index, found[1].index));
+        throw Error(ErrorCode::Usage, "--shard " + text,
+                    formatString("both %s and %s are set", found[0].index, found[1].index),
+                    "one of them to say which part this is", "pass --shard I/N");
     const Starter& starter = found.front();
     if (!starter.count && !stated)
-        throw Error(ErrorCode::Usage,
-                    formatString("--shard auto: %s is %llu and nothing says of how many, expected their number; pass "
-                                 "--shard auto/N with the completions of the job",
-                                 starter.index, static_cast<unsigned long long>(starter.place)));
+        throw Error(ErrorCode::Usage, "--shard auto",
+                    formatString("%s is %llu and nothing says of how many", starter.index,
+                                 static_cast<unsigned long long>(starter.place)),
+                    "their number", "pass --shard auto/N with the completions of the job");
     const uint64_t count = starter.count.value_or(stated.value_or(0));
     if (stated && count != *stated) // such as where one task of an array is submitted again by itself
-        throw Error(ErrorCode::Usage,
-                    formatString("--shard %s: %s is one of %llu, expected one of %llu; start as many, or pass --shard "
-                                 "I/N",
-                                 text.c_str(), starter.index, static_cast<unsigned long long>(count),
-                                 static_cast<unsigned long long>(*stated)));
+        throw Error(ErrorCode::Usage, "--shard " + text,
+                    formatString("%s is one of %llu", starter.index, static_cast<unsigned long long>(count)),
+                    formatString("one of %llu", static_cast<unsigned long long>(*stated)),
+                    "start as many, or pass --shard I/N");
     if (count < 1 || count > kMaxShards || starter.place >= count)
-        throw Error(ErrorCode::Usage,
-                    formatString("--shard %s: %s is number %llu of %llu, expected less than that, and at most %llu; "
-                                 "pass --shard I/N",
-                                 text.c_str(), starter.index, static_cast<unsigned long long>(starter.place),
-                                 static_cast<unsigned long long>(count), static_cast<unsigned long long>(kMaxShards)));
+        throw Error(ErrorCode::Usage, "--shard " + text,
+                    formatString("%s is number %llu of %llu", starter.index,
+                                 static_cast<unsigned long long>(starter.place),
+                                 static_cast<unsigned long long>(count)),
+                    formatString("less than that, and at most %llu", static_cast<unsigned long long>(kMaxShards)),
+                    "pass --shard I/N");
     return {starter.place + 1, count};
 }
 

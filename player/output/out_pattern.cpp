@@ -35,18 +35,15 @@ std::string expandPattern(const std::string& pattern, std::string_view name, uin
             continue;
         }
         if (c == '}')
-            throw Error(
-                ErrorCode::Usage,
-                formatString("--out %s: } without {, expected }} for a literal brace; double it", pattern.c_str()));
+            throw Error(ErrorCode::Usage, "--out " + pattern, "} without {", "}} for a literal brace", "double it");
         if (c != '{') {
             path += c;
             continue;
         }
         const size_t end = pattern.find('}', i);
         if (end == std::string::npos)
-            throw Error(ErrorCode::Usage,
-                        formatString("--out %s: { without }, expected {{ for a literal brace; close it or double it",
-                                     pattern.c_str()));
+            throw Error(ErrorCode::Usage, "--out " + pattern, "{ without }", "{{ for a literal brace",
+                        "close it or double it");
         const std::string placeholder = pattern.substr(i + 1, end - i - 1);
         const int digits = placeholder == "frame"              ? 0
                            : placeholder.starts_with("frame:") ? digitsOf(placeholder.substr(6))
@@ -58,11 +55,8 @@ std::string expandPattern(const std::string& pattern, std::string_view name, uin
         else if (digits >= 0)
             path += formatString("%0*llu", digits, static_cast<unsigned long long>(frame));
         else
-            throw Error(
-                ErrorCode::Usage,
-                formatString(
-                    "--out %s: unknown placeholder {%s}, expected {name}, {frame}, {frame:04} or {eye}; correct it",
-                    pattern.c_str(), placeholder.c_str()));
+            throw Error(ErrorCode::Usage, "--out " + pattern, "unknown placeholder {" + placeholder + "}",
+                        "{name}, {frame}, {frame:04} or {eye}", "correct it");
         i = end;
     }
     return path;
@@ -92,12 +86,12 @@ std::vector<std::string> outputPaths(const std::string& pattern, const std::vect
             const auto [other, is_new] = seen.try_emplace(path, &frame);
             if (!is_new) {
                 const bool same_frame = other->second == &frame;
-                throw Error(ErrorCode::Usage,
-                            formatString("%s: frames %llu (%s) and %llu (%s) would both be written to it, expected one "
-                                         "file each; add %s to --out",
-                                         path.c_str(), static_cast<unsigned long long>(other->second->frame),
+                throw Error(ErrorCode::Usage, path,
+                            formatString("frames %llu (%s) and %llu (%s) would both be written to it",
+                                         static_cast<unsigned long long>(other->second->frame),
                                          other->second->name.c_str(), static_cast<unsigned long long>(frame.frame),
-                                         frame.name.c_str(), same_frame ? "{eye}" : "{frame}"));
+                                         frame.name.c_str()),
+                            "one file each", formatString("add %s to --out", same_frame ? "{eye}" : "{frame}"));
             }
             paths.push_back(std::move(path));
         }

@@ -49,9 +49,8 @@ void put(const ByteSink& sink, std::string_view text)
 ByteSink standardOutputSink()
 {
     if (::isatty(STDOUT_FILENO) != 0)
-        throw Error(ErrorCode::Usage,
-                    "--out -: standard output is a terminal, expected a program or a file to take the "
-                    "pictures; put a pipe behind the command, such as | ffplay -");
+        throw Error(ErrorCode::Usage, "--out -", "standard output is a terminal",
+                    "a program or a file to take the pictures", "put a pipe behind the command, such as | ffplay -");
     auto output = std::make_shared<OutputFile>("-", OutputKind::Text, false);
     return [output](std::span<const std::byte> bytes) { output->write(bytes); };
 }

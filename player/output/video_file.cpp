@@ -106,9 +106,8 @@ struct VideoFile::Encoder {
     Encoder(const std::string& path, bool overwrite) : file(path, OutputKind::Binary, overwrite), said(std::tmpfile())
     {
         if (said == nullptr)
-            throw Error(ErrorCode::Io, formatString("--video: no temporary file (%s), expected a folder for one; set "
-                                                    "TMPDIR to one that may be written",
-                                                    std::strerror(errno)));
+            throw Error(ErrorCode::Io, "--video", formatString("no temporary file (%s)", std::strerror(errno)),
+                        "a folder for one", "set TMPDIR to one that may be written");
     }
     Encoder(const Encoder&) = delete;
     Encoder& operator=(const Encoder&) = delete;
@@ -144,9 +143,8 @@ struct VideoFile::Encoder {
         const std::string program = videoProgram();
         int ends[2];
         if (::pipe2(ends, O_CLOEXEC) != 0)
-            throw Error(ErrorCode::Io,
-                        formatString("--video: no pipe to ffmpeg (%s), expected one; close other programs",
-                                     std::strerror(errno)));
+            throw Error(ErrorCode::Io, "--video", formatString("no pipe to ffmpeg (%s)", std::strerror(errno)), "one",
+                        "close other programs");
         pipe = ends[1];
         std::vector<char*> words;
         for (const std::string& argument : arguments)
@@ -176,8 +174,8 @@ struct VideoFile::Encoder {
         if (code == EAGAIN)
             throw tooFewThreads(program + ", which writes the video");
         if (code != 0) {
-            throw Error(ErrorCode::Io, formatString("%s: cannot be started (%s), expected the program ffmpeg; check it",
-                                                    program.c_str(), std::strerror(code)));
+            throw Error(ErrorCode::Io, program, formatString("cannot be started (%s)", std::strerror(code)),
+                        "the program ffmpeg", "check it");
         }
     }
 
@@ -209,10 +207,10 @@ struct VideoFile::Encoder {
         if (threadsAreShort(0) && text.find("No space left") == std::string::npos)
             throw tooFewThreads("ffmpeg, which writes the video" + (text.empty() ? "" : " and says \"" + text + "\""),
                                 kVideoThreads);
-        throw Error(ErrorCode::Io,
-                    formatString("--video: ffmpeg ended with exit code %d (%s), expected it to write the "
-                                 "video; see that it has libx264, and room for the file",
-                                 code, text.empty() ? "it said nothing" : text.c_str()));
+        throw Error(
+            ErrorCode::Io, "--video",
+            formatString("ffmpeg ended with exit code %d (%s)", code, text.empty() ? "it said nothing" : text.c_str()),
+            "it to write the video", "see that it has libx264, and room for the file");
     }
 };
 
@@ -253,8 +251,8 @@ void VideoFile::commit()
 void checkVideoProgram()
 {
     if (videoProgram().empty())
-        throw Error(ErrorCode::Unsupported, "--video: there is no ffmpeg in PATH, expected the program that encodes; "
-                                            "install it (ffmpeg), or pipe --out - into another");
+        throw Error(ErrorCode::Unsupported, "--video", "there is no ffmpeg in PATH", "the program that encodes",
+                    "install it (ffmpeg), or pipe --out - into another");
 }
 
 } // namespace gsc

@@ -27,10 +27,8 @@ void makeFolderOf(const std::string& file)
     const fs::path folder = fs::path(file).parent_path();
     std::error_code code;
     if (!folder.empty() && !fs::is_directory(folder, code) && !fs::create_directories(folder, code) && code)
-        throw Error(ErrorCode::Io,
-                    formatString("%s: cannot be created (%s), expected a folder that may be written; choose another "
-                                 "place or change its rights",
-                                 folder.string().c_str(), code.message().c_str()));
+        throw Error(ErrorCode::Io, folder.string(), "cannot be created (" + code.message() + ")",
+                    "a folder that may be written", "choose another place or change its rights");
 }
 
 void warnOfOddSides(const std::string& path, uint32_t width, uint32_t height, Reporter& log)
@@ -111,11 +109,11 @@ void PlayOutputs::checkOneSize() const
     const Camera& first = m_shots.front().camera;
     for (const Shot& shot : m_shots)
         if (shot.camera.width != first.width || shot.camera.height != first.height)
-            throw Error(ErrorCode::Usage,
-                        formatString("%s: camera %s has %u x %u pixels, expected %u x %u as all before it; choose "
-                                     "one --size for all, or write files",
-                                     m_options.output.video.empty() ? "--out -" : "--video", shot.camera.name.c_str(),
-                                     shot.camera.width, shot.camera.height, first.width, first.height));
+            throw Error(ErrorCode::Usage, m_options.output.video.empty() ? "--out -" : "--video",
+                        formatString("camera %s has %u x %u pixels", shot.camera.name.c_str(), shot.camera.width,
+                                     shot.camera.height),
+                        formatString("%u x %u as all before it", first.width, first.height),
+                        "choose one --size for all, or write files");
 }
 
 std::vector<std::string> PlayOutputs::add(size_t shot, LoopFrame& drawn, const std::string& stats)

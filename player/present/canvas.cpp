@@ -32,9 +32,8 @@ void Canvas::draw(const FrameToShow& frame, const std::function<VkBuffer(uint32_
                  VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
     if (covered < uint64_t(frame.width) * frame.height) {
         if ((m_device.stages & VK_PIPELINE_STAGE_COLOR_ATTACHMENT_OUTPUT_BIT) == 0)
-            throw Error(ErrorCode::Internal,
-                        "display: pictures leave a part of a canvas uncovered, expected all of it covered where there "
-                        "is no window; this is a bug of gsc, please report it");
+            throw internalError("display", "pictures leave a part of a canvas uncovered",
+                                "all of it covered where there is no window");
         const VkClearColorValue black{{0, 0, 0, 1}};
         const VkImageSubresourceRange all{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
         vkCmdClearColorImage(commands, image.handle, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, &black, 1, &all);
@@ -43,8 +42,7 @@ void Canvas::draw(const FrameToShow& frame, const std::function<VkBuffer(uint32_
     }
     for (const ShownPicture& picture : frame.pictures) {
         if (picture.x + picture.width > frame.width || picture.y + picture.height > frame.height)
-            throw Error(ErrorCode::Internal, "display: a picture lies beyond its canvas, expected it inside; this is a "
-                                             "bug of gsc, please report it");
+            throw internalError("display", "a picture lies beyond its canvas", "it inside");
         copy(picture, image.handle, picture.x, picture.y, block);
     }
     endCopies();

@@ -47,9 +47,8 @@ Window g_window = 0;
 int serverGone(Display*)
 {
     g_server_gone = true;
-    throw Error(ErrorCode::Device,
-                "display: the X server has gone, expected it to stay; start again when it is back, or "
-                "play without a window");
+    throw Error(ErrorCode::Device, "display", "the X server has gone", "it to stay",
+                "start again when it is back, or play without a window");
 }
 
 int requestFailed(Display*, XErrorEvent* event)
@@ -102,17 +101,14 @@ GamepadState gamepadState()
 GlfwWindow::GlfwWindow(const std::string& title, uint32_t width, uint32_t height)
 {
     if (!glfwInit())
-        throw Error(ErrorCode::Unsupported,
-                    formatString("display: none is there (%s), expected X11's DISPLAY to name one; start it from a "
-                                 "desktop, or play without a window",
-                                 lastGlfwError().c_str()));
+        throw Error(ErrorCode::Unsupported, "display", "none is there (" + lastGlfwError() + ")",
+                    "X11's DISPLAY to name one", "start it from a desktop, or play without a window");
     glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
     m_window = glfwCreateWindow(int(width), int(height), title.c_str(), nullptr, nullptr);
     if (m_window == nullptr) {
         const std::string why = lastGlfwError();
         glfwTerminate();
-        throw Error(ErrorCode::Unsupported,
-                    formatString("display: opens no window (%s), expected one; play without one", why.c_str()));
+        throw Error(ErrorCode::Unsupported, "display", "opens no window (" + why + ")", "one", "play without one");
     }
     catchDisplayLoss(m_window);
     glfwSetWindowUserPointer(m_window, this);
@@ -177,8 +173,7 @@ WindowInput GlfwWindow::poll(double seconds)
     else
         glfwPollEvents();
     if (g_window_gone)
-        throw Error(ErrorCode::Device,
-                    "display: another program destroyed the window, expected that it asks to close it; "
+        throw Error(ErrorCode::Device, "display", "another program destroyed the window", "that it asks to close it",
                     "start again");
     WindowInput input;
     input.events = std::exchange(m_events, {});
@@ -214,8 +209,8 @@ std::vector<const char*> surfaceExtensions()
     uint32_t count = 0;
     const char** const names = glfwGetRequiredInstanceExtensions(&count);
     if (names == nullptr)
-        throw Error(ErrorCode::Unsupported, "display: its Vulkan driver shows no windows, expected one that does; "
-                                            "install one, such as mesa-vulkan-drivers, or play without a window");
+        throw Error(ErrorCode::Unsupported, "display", "its Vulkan driver shows no windows", "one that does",
+                    "install one, such as mesa-vulkan-drivers, or play without a window");
     return {names, names + count};
 }
 

@@ -54,10 +54,8 @@ SharedBlocks::~SharedBlocks()
 void SharedBlocks::checkShares() const
 {
     if (!m_device.shares)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("display: %s shares no memory with the GPU that draws, expected that GPU; draw into "
-                                 "memory of the host",
-                                 m_device.name.c_str()));
+        throw Error(ErrorCode::Unsupported, "display", m_device.name + " shares no memory with the GPU that draws",
+                    "that GPU", "draw into memory of the host");
 }
 
 SharedBlock SharedBlocks::make(size_t bytes)

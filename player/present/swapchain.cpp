@@ -49,11 +49,9 @@ void Swapchain::chooseFormat()
                 m_space = there.colorSpace;
             }
     if (format == VK_FORMAT_UNDEFINED)
-        throw Error(
-            ErrorCode::Unsupported,
-            formatString("display: none of its %u formats has eight bits of sRGB, expected RGBA8 or BGRA8; play "
-                         "without a window",
-                         count));
+        throw Error(ErrorCode::Unsupported, "display",
+                    formatString("none of its %u formats has eight bits of sRGB", count), "RGBA8 or BGRA8",
+                    "play without a window");
     red_first = format == VK_FORMAT_R8G8B8A8_UNORM;
 }
 

@@ -84,11 +84,9 @@ void checkVulkan(VkResult result, const char* what)
         return;
     const bool full = result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_OUT_OF_DEVICE_MEMORY;
     const bool lost = result == VK_ERROR_DEVICE_LOST || result == VK_ERROR_SURFACE_LOST_KHR;
-    throw Error(
-        full ? ErrorCode::OutOfMemory : ErrorCode::Device,
-        formatString("display: %s failed with Vulkan's code %d%s, expected success; %s", what, int(result),
-                     lost ? " (lost)" : "",
-                     full ? "make the pictures smaller" : "start again, or play without a display if it stays so"));
+    throw Error(full ? ErrorCode::OutOfMemory : ErrorCode::Device, "display",
+                formatString("%s failed with Vulkan's code %d%s", what, int(result), lost ? " (lost)" : ""), "success",
+                full ? "make the pictures smaller" : "start again, or play without a display if it stays so");
 }
 
 VulkanDevice::VulkanDevice(const VulkanDeviceOptions& options) : m_options(options)
@@ -103,11 +101,8 @@ VulkanDevice::VulkanDevice(const VulkanDeviceOptions& options) : m_options(optio
     const VkResult result =
         m_options.maker ? m_options.maker->instance(info, &instance) : vkCreateInstance(&info, nullptr, &instance);
     if (result != VK_SUCCESS)
-        throw Error(
-            ErrorCode::Unsupported,
-            formatString("display: no Vulkan driver (code %d), expected one of Vulkan 1.2; install one, such as "
-                         "mesa-vulkan-drivers, or play without a display",
-                         int(result)));
+        throw Error(ErrorCode::Unsupported, "display", formatString("no Vulkan driver (code %d)", int(result)),
+                    "one of Vulkan 1.2", "install one, such as mesa-vulkan-drivers, or play without a display");
 }
 
 VulkanDevice::~VulkanDevice()
@@ -147,10 +142,10 @@ void VulkanDevice::choose(VkSurfaceKHR surface)
         tick_ns = p.limits.timestampComputeAndGraphics ? double(p.limits.timestampPeriod) : 0;
     }
     if (best < 0)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("display: none of %zu Vulkan devices shows pictures%s, expected one of Vulkan 1.2; "
-                                 "update the driver, or play without a display",
-                                 all.size(), m_options.presents ? " in a window" : ""));
+        throw Error(ErrorCode::Unsupported, "display",
+                    formatString("none of %zu Vulkan devices shows pictures%s", all.size(),
+                                 m_options.presents ? " in a window" : ""),
+                    "one of Vulkan 1.2", "update the driver, or play without a display");
 }
 
 void VulkanDevice::open(VkSurfaceKHR surface)
@@ -209,11 +204,8 @@ uint32_t VulkanDevice::memoryType(uint32_t bits, VkMemoryPropertyFlags wanted) c
     for (uint32_t i = 0; i < memory.memoryTypeCount; ++i)
         if ((bits >> i & 1) != 0 && (memory.memoryTypes[i].propertyFlags & wanted) == wanted)
             return i;
-    throw Error(
-        ErrorCode::Unsupported,
-        formatString("display: %s has no memory of kind %u, expected some; update its driver, or play without a "
-                     "display",
-                     name.c_str(), wanted));
+    throw Error(ErrorCode::Unsupported, "display", formatString("%s has no memory of kind %u", name.c_str(), wanted),
+                "some", "update its driver, or play without a display");
 }
 
 VulkanBuffer::VulkanBuffer(const VulkanDevice& d, size_t size, VkBufferUsageFlags usage,

@@ -179,8 +179,7 @@ private:
         VkImageLayout layout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
         if (frame.reads_back) {
             if (!m_chain->reads_back)
-                throw Error(ErrorCode::Internal, "display: a frame reads back images that cannot be read, expected "
-                                                 "readsBack(); this is a bug of gsc, please report it");
+                throw internalError("display", "a frame reads back images that cannot be read", "readsBack()");
             changeLayout(canvas.commands, m_device->stages, image.handle, layout, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
             layout = VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL;
             canvas.readBack(image.handle, to.width, to.height);

@@ -31,12 +31,10 @@ void checkShardRow(const ShardFacts& row, const ShardFacts& expected, const std:
     else if (row.set != expected.set)
         is = "other options, cameras or another version of gsc-play";
     if (!is.empty())
-        throw Error(
-            ErrorCode::Usage,
-            formatString("%s: has rows of %s, expected those of shard %llu/%llu of this run of %llu tasks; give "
-                         "every shard of every run its own %s",
-                         path.c_str(), is.c_str(), number(expected.index), number(expected.count),
-                         number(expected.tasks), option));
+        throw Error(ErrorCode::Usage, path, "has rows of " + is,
+                    formatString("those of shard %llu/%llu of this run of %llu tasks", number(expected.index),
+                                 number(expected.count), number(expected.tasks)),
+                    formatString("give every shard of every run its own %s", option));
 }
 
 ShardRows::ShardRows(const std::string& path, const RowKind& kind, const Shard& shard) : m_path(path), m_kind(kind)

@@ -108,9 +108,8 @@ public:
         m_runs = expandRuns(config);
         for (const RunConfig& run : m_runs)
             if (run.stereo == StereoMode::Merged && m_context.view.eyes == 1)
-                throw Error(ErrorCode::Usage, formatString("%s: a run has stereo merged and there is one eye, expected "
-                                                           "two eyes; state \"eyes\": 2 or pass --eyes 2",
-                                                           options.sweep.c_str()));
+                throw Error(ErrorCode::Usage, options.sweep, "a run has stereo merged and there is one eye", "two eyes",
+                            "state \"eyes\": 2 or pass --eyes 2");
         for (const RunConfig& run : m_runs)
             for (const auto& [axis, value] : {std::pair<const char*, double>{"lod_bias", run.lod_bias},
                                               {"lod_fade", run.lod_fade},
@@ -153,10 +152,10 @@ public:
     [[noreturn]] void throwInterrupted(const std::string& out) const
     {
         const bool is_kept = !out.empty() && !isStandardOutput(out);
-        throw Error(ErrorCode::Interrupted,
-                    formatString("interrupted: %zu of %zu runs are done%s, expected to run to the end; %s", m_runs_done,
-                                 m_tasks.size(), is_kept ? (" and in " + out + ", all complete").c_str() : "",
-                                 is_kept ? "the same command goes on there" : "run it again"));
+        throw Error(ErrorCode::Interrupted, "interrupted",
+                    formatString("%zu of %zu runs are done%s", m_runs_done, m_tasks.size(),
+                                 is_kept ? (" and in " + out + ", all complete").c_str() : ""),
+                    "to run to the end", is_kept ? "the same command goes on there" : "run it again");
     }
 
 private:
@@ -198,10 +197,8 @@ private:
             writeTextFile(options.out, "", false);
         for (const auto& [id, row] : m_rows.all()) {
             if (!row.shard)
-                throw Error(ErrorCode::Usage,
-                            formatString("%s: has rows of a sweep that was not split, expected those of shard %s; give "
-                                         "every shard its own --out",
-                                         options.out.c_str(), m_given_shard.c_str()));
+                throw Error(ErrorCode::Usage, options.out, "has rows of a sweep that was not split",
+                            "those of shard " + m_given_shard, "give every shard its own --out");
             checkShardRow(*row.shard, *m_shard, options.out, "--out");
         }
     }
@@ -226,10 +223,9 @@ private:
             const RunConfig depth = depthRunOf(m_config, run);
             const RunRow* row = known(rowConfig(m_context, path, depth), depth.backend);
             if (!row) // expandRuns() put it first, so it was left out
-                throw Error(
-                    ErrorCode::Unsupported,
-                    "sweep: the run that a decode budget of \"match\" is taken from was left out, expected it to "
-                    "be drawn; state a number, or a backend and tier that draw with policy depth");
+                throw Error(ErrorCode::Unsupported, "sweep",
+                            "the run that a decode budget of \"match\" is taken from was left out", "it to be drawn",
+                            "state a number, or a backend and tier that draw with policy depth");
             run.reuse.decode_budget = meanDecodes(*row);
             run.match_budget = false;
         }

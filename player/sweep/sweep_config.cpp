@@ -69,11 +69,11 @@ private:
 };
 
 // Something that runs differ in, and how a run takes a value of it.
-struct Setting {
+struct RunSetting {
     const char* key;
     std::function<void(RunConfig& run, const Value& value)> take;
 };
-using Settings = std::vector<Setting>;
+using Settings = std::vector<RunSetting>;
 
 Settings settingsFor(const std::vector<std::string>& backends)
 {
@@ -121,7 +121,7 @@ Settings settingsFor(const std::vector<std::string>& backends)
 void checkKeys(const JsonObject& object, const Settings& settings)
 {
     std::vector<const char*> keys;
-    for (const Setting& setting : settings)
+    for (const RunSetting& setting : settings)
         keys.push_back(setting.key);
     object.checkKeys(keys);
 }
@@ -132,19 +132,19 @@ std::vector<RunConfig> productOf(const JsonObject& axes, Settings settings, cons
 {
     checkKeys(axes, settings);
     // what reuse does varies fastest
-    std::rotate(settings.begin(), std::ranges::find(settings, std::string_view("tier"), &Setting::key), settings.end());
+    std::rotate(settings.begin(), std::ranges::find(settings, std::string_view("tier"), &RunSetting::key),
+                settings.end());
     std::vector<RunConfig> product = {base};
-    for (const Setting& setting : settings) {
+    for (const RunSetting& setting : settings) {
         const ParsedJson* list = axes.find(setting.key);
         if (!list)
             continue;
         if (!list->is_array() || list->empty())
             axes.fail(setting.key, shownJson(*list), "an array of at least one value");
         if (list->size() > kMaxRuns / product.size())
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("sweep: its axes have more than %zu combinations, expected fewer; shorten an "
-                                     "axis or list runs",
-                                     kMaxRuns));
+            throw Error(ErrorCode::InvalidFile, "sweep",
+                        formatString("its axes have more than %zu combinations", kMaxRuns), "fewer",
+                        "shorten an axis or list runs");
         std::vector<RunConfig> wider;
         for (const RunConfig& run : product)
             for (size_t i = 0; i < list->size(); ++i)
@@ -158,7 +158,7 @@ RunConfig readRun(const JsonObject& object, const Settings& settings, const RunC
 {
     checkKeys(object, settings);
     RunConfig run = base;
-    for (const Setting& setting : settings)
+    for (const RunSetting& setting : settings)
         if (const ParsedJson* value = object.find(setting.key))
             setting.take(run, Value(object, setting.key, *value));
     if (run.stereo == StereoMode::Merged && run.reuse.policy == ReusePolicy::Error)
@@ -236,7 +236,7 @@ SweepConfig parseSweepConfig(std::string_view json, const std::string& file, con
     const ParsedJson parsed = parseJson(json, file, "a sweep (schemas/sweep.schema.json)");
     const JsonObject root(parsed, file);
     if (const std::string schema = root.text("schema"); schema != "gsc.sweep/1")
-        root.fail("schema", "\"" + schema.substr(0, 40) + "\"", "\"gsc.sweep/1\"; a newer player may read it");
+        root.fail("schema", "\"" + schema.substr(0, 40) + "\"", "\"gsc.sweep/1\"", "a newer player may read it");
     root.checkKeys({"schema", "trajectories", "size", "fov_degrees", "eyes", "frames", "warmup", "score_every",
                     "score_first", "quality", "axes", "runs"});
     SweepConfig config;
@@ -255,8 +255,8 @@ SweepConfig parseSweepConfig(std::string_view json, const std::string& file, con
                 readRun(JsonObject((*runs)[i], formatString("%s: runs[%zu]", file.c_str(), i)), settings, base));
     }
     if (config.runs.empty())
-        throw Error(ErrorCode::InvalidFile,
-                    file + ": has neither \"axes\" nor \"runs\", expected at least one of them; add one");
+        throw Error(ErrorCode::InvalidFile, file, "has neither \"axes\" nor \"runs\"", "at least one of them",
+                    "add one");
     return config;
 }
 

@@ -98,10 +98,10 @@ std::vector<RunConfig> expandRuns(const SweepConfig& config)
             (run.detailPixels() == 0 || run.reuse.policy == ReusePolicy::None))
             list.add(run);
     if (list.runs().empty())
-        throw Error(ErrorCode::InvalidFile,
-                    "sweep: its axes join stereo merged only with the policy error, which bounds the change for each "
-                    "eye, or detail only with policies that keep what was decoded themselves, expected a run; add the "
-                    "stereo \"exact\", the detail 0, or the policy \"none\"");
+        throw Error(ErrorCode::InvalidFile, "sweep",
+                    "its axes join stereo merged only with the policy error, which bounds the change for each eye, or "
+                    "detail only with policies that keep what was decoded themselves",
+                    "a run", "add the stereo \"exact\", the detail 0, or the policy \"none\"");
     const std::vector<RunConfig> asked = list.runs();
     for (const RunConfig& run : asked)
         if (run.match_budget)

@@ -108,8 +108,7 @@ OverlayItem& Panel::item(const char* label)
 {
     const auto found = std::ranges::find(m_overlay.items, label, &OverlayItem::label);
     if (found == m_overlay.items.end())
-        throw Error(ErrorCode::Internal,
-                    formatString("panel: has no %s, expected one; this is a bug of gsc, please report it", label));
+        throw internalError("panel", formatString("has no %s", label), "one");
     return *found;
 }
 

@@ -88,9 +88,9 @@ std::string frameText(const Camera& camera, double seconds)
 void PathRecorder::start(const std::string& name, double fps, double metre)
 {
     if (!(fps > 0 && fps <= kMostRate))
-        throw Error(ErrorCode::Usage, formatString("%.60s: a path of %g frames per second, expected more than 0 and at "
-                                                   "most %g; pass such a rate",
-                                                   name.c_str(), fps, kMostRate));
+        throw Error(ErrorCode::Usage, formatString("%.60s", name.c_str()),
+                    formatString("a path of %g frames per second", fps),
+                    formatString("more than 0 and at most %g", kMostRate), "pass such a rate");
     *this = {};
     m_name = name;
     m_fps = fps;
@@ -101,11 +101,10 @@ bool PathRecorder::add(double seconds, const Camera& camera, double ipd)
 {
     assert(records());
     if (camera.tan_mid_x != 0 || camera.tan_mid_y != 0)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("camera %.60s: the middle of its image lies off its axis by %g right and %g down at "
-                                 "depth 1, expected 0, which is all that a trajectory's frames have; record with a "
-                                 "centred lens",
-                                 camera.name.c_str(), camera.tan_mid_x, camera.tan_mid_y));
+        throw Error(ErrorCode::Unsupported, formatString("camera %.60s", camera.name.c_str()),
+                    formatString("the middle of its image lies off its axis by %g right and %g down at depth 1",
+                                 camera.tan_mid_x, camera.tan_mid_y),
+                    "0, which is all that a trajectory's frames have", "record with a centred lens");
     const std::optional<Camera> frame = frameOf(camera);
     if (!frame || !std::isfinite(seconds) || (m_has_last && !(seconds > m_last.seconds)))
         return false;
@@ -132,9 +131,8 @@ bool PathRecorder::add(double seconds, const Camera& camera, double ipd)
 size_t PathRecorder::stop(const std::string& path, bool overwrite)
 {
     if (m_frames.empty())
-        throw Error(ErrorCode::Usage, formatString("%s: nothing was recorded, expected at least one frame; start a "
-                                                   "recording and let the window draw",
-                                                   path.c_str()));
+        throw Error(ErrorCode::Usage, path, "nothing was recorded", "at least one frame",
+                    "start a recording and let the window draw");
     OutputFile file(path, OutputKind::Binary, overwrite);
     std::string text = "{\n  \"schema\": \"gsc.trajectory/1\",\n  \"name\": " + jsonText(m_name, -1);
     const auto state = [&](const char* key, double value) {

@@ -21,9 +21,8 @@ const PresentFunctions& presentFunctions()
 #ifdef GSC_WITH_WINDOW
     return loadModule<PresentFunctions>("gsc_present");
 #else
-    throw Error(ErrorCode::Unsupported,
-                "window: this build has none, expected one made with Vulkan, GLFW and Dear ImGui; install "
-                "libvulkan-dev, libglfw3-dev and libimgui-dev and build again, or play without a window");
+    throw Error(ErrorCode::Unsupported, "window", "this build has none", "one made with Vulkan, GLFW and Dear ImGui",
+                "install libvulkan-dev, libglfw3-dev and libimgui-dev and build again, or play without a window");
 #endif
 }
 
@@ -50,8 +49,7 @@ WindowSummary runWindow(const WindowOptions& options, Reporter& log)
     } catch (const Error& e) {
         session.keepRecording();
         if (e.code() == ErrorCode::Interrupted && session.hasWritten())
-            throw Error(ErrorCode::Interrupted,
-                        "interrupted: the window was ended by a signal, expected it to be closed; "
+            throw Error(ErrorCode::Interrupted, "interrupted", "the window was ended by a signal", "it to be closed",
                         "what it had written is whole, close it with Ctrl+Q");
         throw;
     } catch (const std::exception&) {

@@ -89,11 +89,9 @@ WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const
     if (m_ipd == 0 && limits.no_stereo.empty()) {
         limits.no_stereo = "the cameras say where each eye of theirs is, not how far eyes are apart";
         if (options.play.view.eyes == 2)
-            throw Error(
-                ErrorCode::Usage,
-                formatString("%s: says where each eye is, expected how far they are apart, for the window moves "
-                             "both; pass other cameras, or leave out --eyes 2",
-                             options.play.cameras.file.c_str()));
+            throw Error(ErrorCode::Usage, options.play.cameras.file, "says where each eye is",
+                        "how far they are apart, for the window moves both",
+                        "pass other cameras, or leave out --eyes 2");
     }
     m_no_stereo = limits.no_stereo;
 

@@ -46,10 +46,8 @@ std::optional<Placement> readPlace(const std::string& model)
     const JsonObject object(parsed, path);
     object.checkKeys({"schema", "position", "right", "up", "backward", "scale"});
     if (object.text("schema") != kSchema)
-        throw Error(
-            ErrorCode::InvalidFile,
-            formatString("%s: schema is \"%s\", expected \"%s\"; delete the file to start from the first camera",
-                         path.c_str(), object.text("schema").c_str(), kSchema));
+        throw Error(ErrorCode::InvalidFile, path, formatString("schema is \"%s\"", object.text("schema").c_str()),
+                    formatString("\"%s\"", kSchema), "delete the file to start from the first camera");
     double v[3];
     object.vector3("position", v);
     const glm::dvec3 origin(v[0], v[1], v[2]);
@@ -59,10 +57,8 @@ std::optional<Placement> readPlace(const std::string& model)
         axes[i] = {v[0], v[1], v[2]};
     }
     if (!Placement::isPlace(origin, axes))
-        throw Error(ErrorCode::InvalidFile,
-                    path +
-                        ": right, up and backward are no rotation, expected three unit vectors at right angles; delete "
-                        "the file to start from the first camera");
+        throw Error(ErrorCode::InvalidFile, path, "right, up and backward are no rotation",
+                    "three unit vectors at right angles", "delete the file to start from the first camera");
     return Placement(origin, axes, object.positive("scale"));
 }
 

@@ -35,9 +35,8 @@ std::unique_ptr<Headset> openHeadset(const XrOptions& options)
     return loadModule<HeadsetFunctions>("gsc_headset").open(headset);
 #else
     (void)options;
-    throw Error(ErrorCode::Unsupported,
-                "headset: this build has none, expected one made with Vulkan and OpenXR; install "
-                "libvulkan-dev and libopenxr-dev and build again, or play without a headset");
+    throw Error(ErrorCode::Unsupported, "headset", "this build has none", "one made with Vulkan and OpenXR",
+                "install libvulkan-dev and libopenxr-dev and build again, or play without a headset");
 #endif
 }
 
@@ -53,17 +52,11 @@ void checkFiles(const XrOptions& options)
     checkOutputsDiffer({outputs, options.log.empty() ? 1u : 2u}, {});
 }
 
-// An error of the headset's, which another way of showing the model does not have.
-[[noreturn]] void failHeadset(const Error& e)
-{
-    throw HeadsetError(e.code(), e.what());
-}
-
+// True where another way of showing the model does not have the error.
 bool isOfHeadset(const Error& e)
 {
-    const std::string_view text = e.what();
     return (e.code() == ErrorCode::Device || e.code() == ErrorCode::Unsupported) &&
-           (text.starts_with("headset: ") || text.starts_with("display: "));
+           (e.subject() == "headset" || e.subject() == "display");
 }
 
 // While it lives, the thread that made it goes before ordinary ones, such as those that draw, where the user may ask for
@@ -137,7 +130,7 @@ XrSummary runXr(const XrOptions& options, Reporter& log)
     try {
         headset = openHeadset(options);
     } catch (const Error& e) {
-        failHeadset(e);
+        throw HeadsetError(e);
     }
     const std::shared_ptr<const Scene> scene = openScene(options.play.model, options.play.devices);
     const HeadsetFacts& facts = headset->facts();
@@ -164,14 +157,13 @@ XrSummary runXr(const XrOptions& options, Reporter& log)
                 log.warning(of_place.what());
             }
         if (isOfHeadset(e))
-            failHeadset(e);
+            throw HeadsetError(e);
         throw;
     }
     const XrSummary summary = session->finish();
     if (interrupted())
-        throw Error(ErrorCode::Interrupted,
-                    "interrupted: the session was ended by a signal, expected that it is left in "
-                    "the headset; what was written is whole");
+        throw Error(ErrorCode::Interrupted, "interrupted", "the session was ended by a signal",
+                    "that it is left in the headset", "what was written is whole");
     return summary;
 }
 

@@ -65,7 +65,7 @@ struct XrSummary {
 
 // Error of runXr() where the headset is the reason: another way of showing the model may do.
 struct HeadsetError : Error {
-    using Error::Error;
+    explicit HeadsetError(const Error& error) : Error(error) {}
 };
 
 // Returns when the session is over. Throws Error: Unsupported without a runtime, a headset or a build that has one; Device

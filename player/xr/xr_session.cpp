@@ -34,11 +34,8 @@ double metreOf(const Scene& scene, const XrOptions& options)
         return options.metre;
     const std::optional<Metre> metre = metreOfManifest(scene.manifest());
     if (!metre)
-        throw Error(
-            ErrorCode::Usage,
-            formatString("%s: does not say how long a metre is, expected that for a headset, whose viewer has a "
-                         "size; pass --metre with its world units",
-                         options.play.model.file.c_str()));
+        throw Error(ErrorCode::Usage, options.play.model.file, "does not say how long a metre is",
+                    "that for a headset, whose viewer has a size", "pass --metre with its world units");
     return metre->units;
 }
 
@@ -141,8 +138,8 @@ bool XrSession::step()
     case HeadsetState::Over:
         return false;
     case HeadsetState::Lost:
-        throw Error(ErrorCode::Device, "headset: the OpenXR runtime or the headset has gone, expected that they stay; "
-                                       "start the runtime and the player again");
+        throw Error(ErrorCode::Device, "headset", "the OpenXR runtime or the headset has gone", "that they stay",
+                    "start the runtime and the player again");
     case HeadsetState::Idle: // a picture may still come, but nobody sees it
         forgetPictures();
         m_last_time = 0;

@@ -19,10 +19,9 @@ std::byte* allocatePages(size_t bytes, int)
 {
     auto* const block = static_cast<std::byte*>(::operator new(bytes, kPage, std::nothrow));
     if (block == nullptr)
-        throw Error(
-            ErrorCode::OutOfMemory,
-            formatString("pictures: %zu bytes of memory are not there, expected enough; choose a smaller --size",
-                         bytes));
+        throw Error(ErrorCode::OutOfMemory, "pictures", formatString("%zu bytes of memory are not there", bytes),
+                    "enough", "draw smaller images")
+            .with({Setting::ImageSize});
     return block;
 }
 

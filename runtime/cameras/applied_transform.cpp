@@ -55,10 +55,9 @@ AppliedTransform::AppliedTransform(const JsonObject& root, const CameraReading& 
     const glm::dmat3 a(applied);
     const double det = determinant(a), grows = std::cbrt(det);
     if (!(det > 1e-30 && det < 1e30) || !(orthogonalityError(a, grows * grows) < kRotationTolerance * grows * grows))
-        throw Error(ErrorCode::Unsupported,
-                    formatString("%s: key \"%s\" is no rotation with a uniform scale (determinant %g), expected one to "
-                                 "undo; pass --cameras-transform keep, or export the cameras without it",
-                                 root.where().c_str(), kTransformKey, det));
+        throw Error(ErrorCode::Unsupported, root.where(),
+                    formatString("key \"%s\" is no rotation with a uniform scale (determinant %g)", kTransformKey, det),
+                    "one to undo", "pass --cameras-transform keep, or export the cameras without it");
     if (!(m_scale > 1e-12 && m_scale < 1e12))
         root.fail(kScaleKey, formatString("%g", m_scale), "a number between 1e-12 and 1e12");
     m_inverse = inverse(a);

@@ -53,7 +53,7 @@ double middleOffset(const LensKeys& lens, const char* key, const char* size_key,
     const double centre = holder->number(key);
     if (size == 0)
         holder->fail(key, formatString("%g and the image has no size", centre),
-                     formatString("\"%s\" beside it, because it is in pixels; add the size of the image", size_key));
+                     formatString("\"%s\" beside it, because it is in pixels", size_key), "add the size of the image");
     if (!(std::abs(centre) <= kMaxCentre))
         holder->fail(key, formatString("%g", centre), "a number of pixels between -1e6 and 1e6");
     return 0.5 * size - centre;
@@ -117,16 +117,14 @@ void DistortionCheck::found(const JsonObject& holder, const char* key, bool has_
 {
     const std::string value = shownJson(holder.at(key));
     if (!has_pinhole)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("%s: key \"%s\" is %s, expected a pinhole; such a picture is none even without its "
-                                 "distortion, so cut it into pinhole pictures and export their cameras",
-                                 holder.where().c_str(), key, value.c_str()));
+        throw Error(ErrorCode::Unsupported, holder.where(), formatString("key \"%s\" is %s", key, value.c_str()),
+                    "a pinhole",
+                    "such a picture is none even without its distortion, so cut it into pinhole pictures and export "
+                    "their cameras");
     if (!m_how.ignore_distortion)
-        throw Error(
-            ErrorCode::Unsupported,
-            formatString("%s: key \"%s\" is %s, expected a pinhole without distortion; undistort the images and "
-                         "export the cameras again, or pass --ignore-distortion",
-                         holder.where().c_str(), key, value.c_str()));
+        throw Error(ErrorCode::Unsupported, holder.where(), formatString("key \"%s\" is %s", key, value.c_str()),
+                    "a pinhole without distortion",
+                    "undistort the images and export the cameras again, or pass --ignore-distortion");
     if (m_distorted == 0)
         m_first += formatString("%s\"%s\" is %s", m_first.empty() ? "" : ", ", key, value.c_str());
 }

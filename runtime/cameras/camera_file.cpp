@@ -43,24 +43,20 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
         else if (holds("camera_path"))
             cameras = nerfstudioCameras(object, how);
         else
-            throw Error(
-                ErrorCode::InvalidFile,
-                formatString("%s: no camera file, expected upstream's cameras.json (an array), a transforms.json "
-                             "(\"frames\"), nerfstudio's camera_path.json or a trajectory (\"schema\": "
-                             "\"gsc.trajectory/1\"); pass one of these",
-                             name.c_str()));
+            throw Error(ErrorCode::InvalidFile, name, "no camera file",
+                        "upstream's cameras.json (an array), a transforms.json (\"frames\"), nerfstudio's "
+                        "camera_path.json or a trajectory (\"schema\": \"gsc.trajectory/1\")",
+                        "pass one of these");
     } else {
         cameras = trainerCameras(root, name, how);
     }
     if (cameras.empty())
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: holds no camera, expected at least one; pass another file", name.c_str()));
+        throw Error(ErrorCode::InvalidFile, name, "holds no camera", "at least one", "pass another file");
     if (eyes)
         *eyes = std::move(stated);
     else if (!stated.views.empty())
-        throw Error(ErrorCode::Unsupported, name + ": \"views\" gives the eyes lenses and places of their own, "
-                                                   "expected cameras here; gsc-play draws such a trajectory, and "
-                                                   "without \"views\" its frames are cameras");
+        throw Error(ErrorCode::Unsupported, name, "\"views\" gives the eyes lenses and places of their own",
+                    "cameras here", "gsc-play draws such a trajectory, and without \"views\" its frames are cameras");
     if (!may_be_moved && how.transform == CamerasTransform::Undo)
         how.warn(name + kNothingToUndo);
     return cameras;
@@ -82,11 +78,10 @@ std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eye
             readInputText(files.name, kMaxFileBytes, "a camera file, or \"stored\" for those in the model");
         const size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf"); // and a byte order mark
         if (first == std::string::npos || (text[first] != '[' && text[first] != '{'))
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: is %s and no JSON, expected a camera file that starts with [ or {; pass a "
-                                     "cameras.json, a transforms.json or a trajectory",
-                                     files.name.c_str(),
-                                     text.compare(0, 4, "\x89GSC") == 0 ? "a model" : "something else"));
+            throw Error(
+                ErrorCode::InvalidFile, files.name,
+                formatString("is %s and no JSON", text.compare(0, 4, "\x89GSC") == 0 ? "a model" : "something else"),
+                "a camera file that starts with [ or {", "pass a cameras.json, a transforms.json or a trajectory");
         if (text[first] == '[') // a trainer leaves its settings beside its cameras
             warnOfSettingsBeside(files.name, how);
         std::ranges::move(parseCameraFile(text, files.name, eyes, how), std::back_inserter(cameras));

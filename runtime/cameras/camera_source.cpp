@@ -104,12 +104,12 @@ std::vector<CameraFiles> findCameras(const std::string& path, const CameraReadin
     const std::vector<Choice> choices = choicesIn(folder);
     if (choices.empty()) {
         const bool half = isFile(folder / "cameras.txt") || isFile(folder / "cameras.bin");
-        throw Error(
-            ErrorCode::Io,
-            formatString("%s: is a folder %s, expected cameras.json, transforms.json, transforms_train.json, sparse/0 "
-                         "or a COLMAP model (cameras.txt with images.txt, or both as .bin) in it; pass the folder or "
-                         "the file that holds the cameras",
-                         path.c_str(), half ? "with a COLMAP model's cameras but not its images" : "without cameras"));
+        throw Error(ErrorCode::Io, path,
+                    formatString("is a folder %s",
+                                 half ? "with a COLMAP model's cameras but not its images" : "without cameras"),
+                    "cameras.json, transforms.json, transforms_train.json, sparse/0 or a COLMAP model (cameras.txt "
+                    "with images.txt, or both as .bin) in it",
+                    "pass the folder or the file that holds the cameras");
     }
     std::string others;
     for (size_t i = 1; i < choices.size(); ++i)

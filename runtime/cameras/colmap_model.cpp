@@ -77,8 +77,7 @@ bool ColmapLens::distorts() const
 
 void ColmapModel::fail(const std::string& found, const std::string& expected) const
 {
-    throw Error(ErrorCode::InvalidFile,
-                m_name + ": " + found + ", expected " + expected + "; export the model from COLMAP again");
+    throw Error(ErrorCode::InvalidFile, m_name, found, expected, "export the model from COLMAP again");
 }
 
 void ColmapModel::addLens(int64_t id, const ColmapLens& lens)
@@ -109,10 +108,10 @@ void ColmapModel::addUnknown(int64_t id, const std::string& model)
 
 void ColmapModel::refuseUnknown(const std::string& what, const std::string& model) const
 {
-    throw Error(ErrorCode::Unsupported,
-                formatString("%s: %s is of the model %s, which is not known here, expected one of COLMAP 4.0's such as "
-                             "PINHOLE; undistort the images (colmap image_undistorter), or correct the name",
-                             m_name.c_str(), what.c_str(), model.c_str()));
+    throw Error(ErrorCode::Unsupported, m_name,
+                formatString("%s is of the model %s, which is not known here", what.c_str(), model.c_str()),
+                "one of COLMAP 4.0's such as PINHOLE",
+                "undistort the images (colmap image_undistorter), or correct the name");
 }
 
 void ColmapModel::addPose(const ColmapPose& pose)
@@ -168,15 +167,11 @@ void ColmapModel::distorted(const ColmapLens& lens, const std::string& image)
 {
     const std::string what = image.substr(0, 60) + ", " + lens.model->name;
     if (lens.model->kind == LensKind::Panorama)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("%s: image %s is a panorama, expected a pinhole; cut it into pinhole pictures, or "
-                                 "undistort the images and export the model again",
-                                 m_name.c_str(), what.c_str()));
+        throw Error(ErrorCode::Unsupported, m_name, "image " + what + " is a panorama", "a pinhole",
+                    "cut it into pinhole pictures, or undistort the images and export the model again");
     if (!m_how.ignore_distortion)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("%s: image %s states lens distortion, expected a pinhole; undistort the images "
-                                 "(colmap image_undistorter), or pass --ignore-distortion",
-                                 m_name.c_str(), what.c_str()));
+        throw Error(ErrorCode::Unsupported, m_name, "image " + what + " states lens distortion", "a pinhole",
+                    "undistort the images (colmap image_undistorter), or pass --ignore-distortion");
     if (m_distorted++ == 0)
         m_first = what;
 }

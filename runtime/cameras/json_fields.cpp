@@ -45,9 +45,9 @@ std::string withoutNonFinite(std::string_view text, const std::string& file, con
         in_string = c == '"';
         depth += (c == '[' || c == '{') - (c == ']' || c == '}');
         if (depth > kMaxDepth)
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: nested deeper than %d levels at byte %zu, expected %s; check the file",
-                                     file.c_str(), kMaxDepth, i, expected));
+            throw Error(ErrorCode::InvalidFile, file,
+                        formatString("nested deeper than %d levels at byte %zu", kMaxDepth, i), expected,
+                        "check the file");
         out += c;
     }
     return out;
@@ -69,9 +69,8 @@ public:
     bool key(string_t& name) override
     {
         if (!m_keys[m_depth - 1].insert(name).second)
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: key %s is there twice in one object, expected %s; leave one of them in",
-                                     m_file.c_str(), shownJson(name).c_str(), m_expected));
+            throw Error(ErrorCode::InvalidFile, m_file, "key " + shownJson(name) + " is there twice in one object",
+                        m_expected, "leave one of them in");
         return true;
     }
     bool end_object() override
@@ -134,18 +133,16 @@ ParsedJson parseJson(std::string_view text, const std::string& file, const char*
         for (char& c : what)
             if (c < 0x20 || c > 0x7e)
                 c = '?';
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: not valid JSON (%s), expected %s; correct it, or export the file again",
-                                 file.c_str(), what.c_str(), expected));
+        throw Error(ErrorCode::InvalidFile, file, "not valid JSON (" + what + ")", expected,
+                    "correct it, or export the file again");
     }
 }
 
 JsonObject::JsonObject(const ParsedJson& value, std::string where) : m_value(value), m_where(std::move(where))
 {
     if (!value.is_object())
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: is %s, expected an object; correct it, or export the file again", m_where.c_str(),
-                                 shownJson(value).c_str()));
+        throw Error(ErrorCode::InvalidFile, m_where, "is " + shownJson(value), "an object",
+                    "correct it, or export the file again");
 }
 
 std::vector<std::string> JsonObject::keys() const
@@ -172,19 +169,15 @@ const ParsedJson& JsonObject::at(const char* key) const
 {
     const ParsedJson* value = find(key);
     if (!value)
-        throw Error(
-            ErrorCode::InvalidFile,
-            formatString("%s: key \"%s\" is missing, expected it in a file of this kind; add it, or export it again",
-                         m_where.c_str(), key));
+        throw Error(ErrorCode::InvalidFile, m_where, formatString("key \"%s\" is missing", key),
+                    "it in a file of this kind", "add it, or export it again");
     return *value;
 }
 
-void JsonObject::fail(const char* key, const std::string& found, const std::string& expected) const
+void JsonObject::fail(const char* key, const std::string& found, const std::string& expected, const char* remedy) const
 {
-    const bool has_remedy = expected.find("; ") != std::string::npos;
-    throw Error(ErrorCode::InvalidFile,
-                formatString("%s: key \"%s\" is %s, expected %s%s", m_where.c_str(), key, found.c_str(),
-                             expected.c_str(), has_remedy ? "" : "; correct it, or export the file again"));
+    throw Error(ErrorCode::InvalidFile, m_where, formatString("key \"%s\" is %s", key, found.c_str()), expected,
+                remedy);
 }
 
 std::string JsonObject::text(const char* key) const
@@ -230,9 +223,8 @@ void JsonObject::checkKeys(const std::vector<const char*>& known) const
         std::string names;
         for (const char* name : known)
             names += (names.empty() ? "" : ", ") + std::string(name);
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: key \"%s\" is not known, expected one of %s; correct or remove it",
-                                 m_where.c_str(), key.substr(0, 40).c_str(), names.c_str()));
+        throw Error(ErrorCode::InvalidFile, m_where, formatString("key \"%s\" is not known", key.substr(0, 40).c_str()),
+                    "one of " + names, "correct or remove it");
     }
 }
 

@@ -55,7 +55,8 @@ public:
     // `rows` arrays of `columns` numbers, row-major into `out`.
     void matrix(const char* key, int rows, int columns, double* out) const;
 
-    [[noreturn]] void fail(const char* key, const std::string& found, const std::string& expected) const;
+    [[noreturn]] void fail(const char* key, const std::string& found, const std::string& expected,
+                           const char* remedy = "correct it, or export the file again") const;
 
 private:
     const ParsedJson& m_value;

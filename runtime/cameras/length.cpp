@@ -47,10 +47,10 @@ Length parseLength(const std::string& text, const char* option)
         length.value /= 1000;
     const bool known = unit.empty() || unit == "m" || unit == "cm" || unit == "mm";
     if (error != std::errc() || !known || !isLength(length.value))
-        throw Error(ErrorCode::Usage,
-                    formatString("%s %.40s: no length, expected a number above 0 in world units of the model such as "
-                                 "0.065, or one with m, cm or mm behind it such as 64mm; correct it or leave it out",
-                                 option, text.c_str()));
+        throw Error(ErrorCode::Usage, formatString("%s %.40s", option, text.c_str()), "no length",
+                    "a number above 0 in world units of the model such as 0.065, or one with m, cm or mm behind it "
+                    "such as 64mm",
+                    "correct it or leave it out");
     return length;
 }
 
@@ -72,11 +72,9 @@ Metre parseMetreFile(std::string_view text, const std::string& path)
     // unlike the parser alone it refuses a key that is there twice
     const auto json = nlohmann::json::accept(text) ? parseJson(text, path, "a file of a metre") : ParsedJson();
     const auto refuse = [&](const char* found) {
-        throw Error(
-            ErrorCode::InvalidFile,
-            formatString("%s: %s, expected {\"schema\": \"%s\", \"units\": WORLD UNITS OF A METRE}; correct it, or "
-                         "delete it and have the metre derived",
-                         path.c_str(), found, kMetreSchema));
+        throw Error(ErrorCode::InvalidFile, path, found,
+                    formatString("{\"schema\": \"%s\", \"units\": WORLD UNITS OF A METRE}", kMetreSchema),
+                    "correct it, or delete it and have the metre derived");
     };
     if (!json.is_object() || !json.contains("schema") || json["schema"] != kMetreSchema)
         refuse("is no file of a metre");

@@ -79,10 +79,8 @@ uint32_t sideOf(double pixels)
 std::vector<SourceCamera> upstreamCameras(const ParsedJson& root, const std::string& file, const CameraReading& how)
 {
     if (!root.is_array())
-        throw Error(ErrorCode::InvalidFile,
-                    formatString(
-                        "%s: the root is no array, expected the list of cameras that training writes; pass such a file",
-                        file.c_str()));
+        throw Error(ErrorCode::InvalidFile, file, "the root is no array", "the list of cameras that training writes",
+                    "pass such a file");
     // several cameras of one name are all kept, but who asks for one by name gets one of them
     std::map<std::string, size_t> seen;
     std::string repeated;

@@ -23,8 +23,8 @@ void refuseMiddleOffset(const LensKeys& lens)
     for (const char* key : {"cx", "cy"})
         if (const JsonObject* holder = lens.holder(key))
             holder->fail(key, shownJson(holder->at(key)),
-                         "none in a trajectory, whose frames look through the middle of the image; state lenses that "
-                         "do not with \"views\"");
+                         "none in a trajectory, whose frames look through the middle of the image",
+                         "state lenses that do not with \"views\"");
 }
 
 void readFrameLens(const JsonObject& frame, Camera& camera)
@@ -53,7 +53,7 @@ std::vector<Camera> readFrames(const JsonObject& root, const CameraReading& how)
 {
     const std::string schema = root.text("schema");
     if (schema != "gsc.trajectory/1")
-        root.fail("schema", "\"" + schema.substr(0, 40) + "\"", "\"gsc.trajectory/1\"; a newer player may read it");
+        root.fail("schema", "\"" + schema.substr(0, 40) + "\"", "\"gsc.trajectory/1\"", "a newer player may read it");
     const ParsedJson& frames = root.at("frames");
     if (!frames.is_array())
         root.fail("frames", "no array", "an array of frames");
@@ -62,11 +62,10 @@ std::vector<Camera> readFrames(const JsonObject& root, const CameraReading& how)
         camera.name = frame.has("name") ? frame.text("name") : formatString("%04zu", i);
         readRotation(frame, camera.rotation);
         if (frame.has("position") == frame.has("translation"))
-            throw Error(
-                ErrorCode::InvalidFile,
-                formatString(
-                    "%s: %s of \"position\" and \"translation\" is there, expected exactly one; leave one of them in",
-                    frame.where().c_str(), frame.has("position") ? "each" : "none"));
+            throw Error(ErrorCode::InvalidFile, frame.where(),
+                        formatString("%s of \"position\" and \"translation\" is there",
+                                     frame.has("position") ? "each" : "none"),
+                        "exactly one", "leave one of them in");
         if (frame.has("translation")) {
             frame.vector3("translation", camera.translation);
         } else {

@@ -197,10 +197,8 @@ void readLensAngles(const LensKeys& lens, Camera& camera)
     const StatedAngle x = angleOfAxis(lens, &AngleKey::x, camera.width);
     const StatedAngle y = angleOfAxis(lens, &AngleKey::y, camera.height);
     if (x.key == nullptr && y.key == nullptr)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: neither \"camera_angle_x\" nor \"fl_x\" is there, expected one of them in "
-                                 "the frame or in the file; add one, or export the cameras again",
-                                 lens.frame.where().c_str()));
+        throw Error(ErrorCode::InvalidFile, lens.frame.where(), "neither \"camera_angle_x\" nor \"fl_x\" is there",
+                    "one of them in the frame or in the file", "add one, or export the cameras again");
     const StatedAngle& first = x.key ? x : y;
     if (first.pixels > 0 && (y.key == nullptr || y.pixels > 0)) {
         camera.focal_x = first.pixels;
@@ -266,9 +264,9 @@ std::vector<Camera> nerfstudioCameras(const JsonObject& root, const CameraReadin
 {
     if (root.stated("camera_type") && root.text("camera_type") != "perspective" &&
         root.text("camera_type") != "PERSPECTIVE")
-        throw Error(ErrorCode::Unsupported, root.where() + ": \"camera_type\" is " +
-                                                root.text("camera_type").substr(0, 40) +
-                                                ", expected perspective; save the path as one");
+        throw Error(ErrorCode::Unsupported, root.where(),
+                    "\"camera_type\" is " + root.text("camera_type").substr(0, 40), "perspective",
+                    "save the path as one");
     if (const ParsedJson* crop = root.find("crop"); crop && !crop->is_null())
         how.warn(root.where() + ": key \"crop\" is not read; the whole scene is drawn");
     const uint32_t width = root.imageSide("render_width"), height = root.imageSide("render_height");

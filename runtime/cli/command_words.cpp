@@ -48,9 +48,11 @@ const CLI::App* ownerOf(const std::string& name, const CLI::App& command, const 
     return nullptr;
 }
 
-[[noreturn]] void fail(const std::string& what)
+// `subject`: a word of any length.
+[[noreturn]] void fail(const std::string& subject, const std::string& found, const std::string& expected,
+                       const std::string& remedy)
 {
-    throw Error(ErrorCode::Usage, what);
+    throw Error(ErrorCode::Usage, subject.substr(0, 80), found, expected, remedy);
 }
 
 std::string helpOf(const CLI::App& command)
@@ -67,8 +69,7 @@ std::string helpOf(const CLI::App& command)
     const std::string hint = !near.empty()      ? "did you mean " + near + "?"
                              : owner != nullptr ? commandPath(*owner) + " has it; see " + helpOf(command)
                                                 : "see " + helpOf(command);
-    fail(formatString("%.80s: unknown option, expected an option of %s; %s", name.c_str(), commandPath(command).c_str(),
-                      hint.c_str()));
+    fail(name, "unknown option", "an option of " + commandPath(command), hint);
 }
 
 [[noreturn]] void failWord(const std::string& word, const CommandState& state)
@@ -78,16 +79,15 @@ std::string helpOf(const CLI::App& command)
     if (state.positionals.empty() && !commandsOf(command).empty())
         failCommand(word, command);
     if (commandNamed(command, word) != nullptr)
-        fail(formatString("%.80s: a command behind other words, expected it right behind %s; put it there, or write "
-                          "./%.80s for a file of that name",
-                          word.c_str(), path.c_str(), word.c_str()));
+        fail(word, "a command behind other words", "it right behind " + path,
+             "put it there, or write ./" + word + " for a file of that name");
     if (!state.positionals.empty() && !nearestWord(state.positionals.front(), commandNames(command)).empty())
         failCommand(state.positionals.front(), command);
     const std::vector<const CLI::Option*> all = optionsOf(command);
     const auto most = std::count_if(all.begin(), all.end(), [](const CLI::Option* o) { return o->get_positional(); });
-    fail(formatString("%.80s: one word too many, expected %s behind %s; see %s", word.c_str(),
-                      most == 0 ? "options only" : formatString("%zu and options", size_t(most)).c_str(), path.c_str(),
-                      helpOf(command).c_str()));
+    fail(word, "one word too many",
+         (most == 0 ? "options only" : std::to_string(most) + " and options") + " behind " + path,
+         "see " + helpOf(command));
 }
 
 class Walker {
@@ -126,7 +126,6 @@ public:
         const CommandState& state = m_state;
         if (state.help || state.version)
             return;
-        const std::string help = helpOf(*state.command);
         if (state.awaited != nullptr && !state.awaited_may_end)
             failNoValue(*state.awaited);
         for (const CLI::Option* option : optionsOf(*state.command)) {
@@ -136,28 +135,16 @@ public:
             };
             const std::string name = optionName(*option);
             if (option->get_required() && count(option) == 0)
-                fail(option->get_positional() && !listTaken().empty()
-                         ? formatString("%s: not given, because %s took every word behind it, expected it before the "
-                                        "options; put it right behind %s",
-                                        option->get_name(true, false).c_str(), listTaken().c_str(),
-                                        commandPath(*state.command).c_str())
-                     : option->get_positional()
-                         ? formatString("%s: not given, expected it behind %s; see %s",
-                                        option->get_name(true, false).c_str(), commandPath(*state.command).c_str(),
-                                        help.c_str())
-                         : formatString("%s: not given, expected %s %s; see %s", name.c_str(), name.c_str(),
-                                        placeholderOf(*option).c_str(), help.c_str()));
+                failMissing(*option);
             if (count(option) == 0)
                 continue;
             for (const CLI::Option* other : option->get_excludes())
                 if (count(other) > 0)
-                    fail(formatString("%s: together with %s, expected one of the two; leave one out", name.c_str(),
-                                      optionName(*other).c_str()));
+                    fail(name, "together with " + optionName(*other), "one of the two", "leave one out");
             for (const CLI::Option* other : option->get_needs())
                 if (count(other) == 0)
-                    fail(formatString("%s: has no effect without %s, expected both; pass %s too or leave %s out",
-                                      name.c_str(), optionName(*other).c_str(), optionName(*other).c_str(),
-                                      name.c_str()));
+                    fail(name, "has no effect without " + optionName(*other), "both",
+                         "pass " + optionName(*other) + " too or leave " + name + " out");
         }
     }
 
@@ -194,8 +181,8 @@ private:
     void enter(const CLI::App& sub)
     {
         if (!m_state.given.empty() && !m_lenient)
-            fail(formatString("%s: stands before the command %s, expected behind it; put it there",
-                              optionName(*m_state.given.begin()->first).c_str(), commandPath(sub).c_str()));
+            fail(optionName(*m_state.given.begin()->first), "stands before the command " + commandPath(sub),
+                 "behind it", "put it there");
         std::vector<std::string> path = std::move(m_state.path);
         path.push_back(sub.get_name());
         m_state = {};
@@ -203,18 +190,31 @@ private:
         m_state.path = std::move(path);
     }
 
+    [[noreturn]] void failMissing(const CLI::Option& option) const
+    {
+        const std::string path = commandPath(*m_state.command), name = optionName(option),
+                          see = "see " + helpOf(*m_state.command);
+        const std::string taker = listTaken();
+        if (!option.get_positional())
+            fail(name, "not given", name + " " + placeholderOf(option), see);
+        const std::string word = option.get_name(true, false);
+        if (taker.empty())
+            fail(word, "not given", "it behind " + path, see);
+        fail(word, "not given, because " + taker + " took every word behind it", "it before the options",
+             "put it right behind " + path);
+    }
+
     [[noreturn]] void failNoValue(const CLI::Option& option) const
     {
         const std::string name = optionName(option), placeholder = placeholderOf(option);
-        fail(formatString("%s: no value given, expected %s %s; see %s", name.c_str(), name.c_str(), placeholder.c_str(),
-                          helpOf(*m_state.command).c_str()));
+        fail(name, "no value given", name + " " + placeholder, "see " + helpOf(*m_state.command));
     }
 
     void note(const CLI::Option& option)
     {
         const size_t count = ++m_state.given[&option];
         if (count == 2 && takesValue(option) && !takesSeveral(option) && !m_lenient)
-            fail(formatString("%s: given twice, expected once; leave one out", optionName(option).c_str()));
+            fail(optionName(option), "given twice", "once", "leave one out");
         m_state.help_all |= &option == m_state.command->get_help_all_ptr();
         m_state.help |= m_state.help_all || &option == m_state.command->get_help_ptr();
         m_state.version |= &option == rootOf(*m_state.command).get_version_ptr();
@@ -230,8 +230,8 @@ private:
             m_state.command->get_option_no_throw(word) != nullptr)
             failNoValue(option);
         if (word.empty() && !m_lenient)
-            fail(formatString("%s: an empty value, expected %s; correct it or leave %s out", optionName(option).c_str(),
-                              placeholderOf(option).c_str(), optionName(option).c_str()));
+            fail(optionName(option), "an empty value", placeholderOf(option),
+                 "correct it or leave " + optionName(option) + " out");
         m_state.values.emplace_back(&option, word);
         if (takesSeveral(option) && !is_attached)
             m_state.awaited_may_end = true;
@@ -255,8 +255,7 @@ private:
             return;
         }
         if (!takesValue(*option) && !m_lenient)
-            fail(formatString("%.80s: a value behind a flag, expected %s alone; leave the value out", word.c_str(),
-                              optionName(*option).c_str()));
+            fail(word, "a value behind a flag", optionName(*option) + " alone", "leave the value out");
         m_state.awaited = option;
         takeValue(word.substr(equals + 1), true);
     }
@@ -291,8 +290,8 @@ private:
             failWord(word, m_state);
         }
         if (word.empty() && !m_lenient)
-            fail(formatString("%s: an empty word, expected %s; see %s", option->get_name(true, false).c_str(),
-                              placeholderOf(*option).c_str(), helpOf(*m_state.command).c_str()));
+            fail(option->get_name(true, false), "an empty word", placeholderOf(*option),
+                 "see " + helpOf(*m_state.command));
         ++m_state.given[option];
         m_state.positionals.push_back(word);
         m_state.values.emplace_back(option, word);
@@ -378,9 +377,9 @@ std::string listCommands(const CLI::App& command)
 void failCommand(const std::string& word, const CLI::App& command)
 {
     const std::string near = nearestWord(word, commandNames(command));
-    fail(formatString("%.80s: no command of %s, expected %s; %s", word.c_str(), commandPath(command).c_str(),
-                      commandsOf(command).empty() ? "none behind it" : listCommands(command).c_str(),
-                      near.empty() ? ("see " + helpOf(command)).c_str() : ("did you mean " + near + "?").c_str()));
+    fail(word, "no command of " + commandPath(command),
+         commandsOf(command).empty() ? "none behind it" : listCommands(command),
+         near.empty() ? "see " + helpOf(command) : "did you mean " + near + "?");
 }
 
 std::string commandPath(const CLI::App& command)

@@ -110,17 +110,15 @@ OptionHandle addValue(CLI::App& app, const std::string& names, const std::string
 
 void failValue(const std::string& name, const std::string& text, const char* found, const std::string& expected)
 {
-    throw Error(ErrorCode::Usage, formatString("%s %.80s: %s, expected %s; correct it or leave %s out", name.c_str(),
-                                               text.c_str(), found, expected.c_str(), name.c_str()));
+    throw Error(ErrorCode::Usage, formatString("%s %.80s", name.c_str(), text.c_str()), found, expected,
+                "correct it or leave " + name + " out");
 }
 
 void failChoice(const std::string& name, const std::string& text, const std::vector<std::string>& words)
 {
     const std::string near = nearestWord(text, words);
-    throw Error(ErrorCode::Usage,
-                formatString("%s %.80s: not one of its values, expected %s; %s", name.c_str(), text.c_str(),
-                             listWords(words).c_str(),
-                             near.empty() ? "pass one of these" : ("did you mean " + near + "?").c_str()));
+    throw Error(ErrorCode::Usage, formatString("%s %.80s", name.c_str(), text.c_str()), "not one of its values",
+                listWords(words), near.empty() ? "pass one of these" : ("did you mean " + near + "?"));
 }
 
 double number(const std::string& name, const std::string& text, Range range, const char* unit)

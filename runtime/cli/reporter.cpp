@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cli/reporter.h"
 
+#include <gsc/utf8.h>
+
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -163,9 +165,8 @@ void Reporter::endProgress(bool failed)
 void Reporter::flush()
 {
     if (std::fflush(stdout) != 0 || std::ferror(stdout))
-        throw Error(ErrorCode::Io, formatString("standard output: cannot be written (%s), expected room for the "
-                                                "result; redirect it to another place",
-                                                std::strerror(errno)));
+        throw Error(ErrorCode::Io, "standard output", formatString("cannot be written (%s)", std::strerror(errno)),
+                    "room for the result", "redirect it to another place");
 }
 
 } // namespace gsc

@@ -35,7 +35,7 @@ std::atomic<bool> g_installed{false}, g_json{false}, g_json_events{false}, g_end
                      g_json_events ? ProgressMode::Json : ProgressMode::None, true, false, true});
     report.error(error.what());
     if (g_json)
-        report.object(errorJson(error.code(), error.what()));
+        report.object(errorJson(error));
     std::fflush(nullptr);
     ::_exit(int(error.code()));
 }

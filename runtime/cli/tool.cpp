@@ -9,6 +9,7 @@
 #include "runtime/cli/help_page.h"
 #include "runtime/cli/man_page.h"
 #include "runtime/cli/options.h"
+#include "runtime/cli/setting_words.h"
 #include "runtime/cli/thread_guard.h"
 
 #include <CLI/CLI.hpp>
@@ -28,52 +29,47 @@ namespace gsc {
 namespace {
 
 // A command that could not do its work. With --format json a program still finds one object on stdout.
-ErrorCode fail(Reporter& report, ErrorCode code, const std::string& message)
+ErrorCode fail(Reporter& report, const Error& error, const CLI::App* command)
 {
+    const Error told = withOptions(error, command);
     report.endProgress(true);
-    report.error(message);
+    report.error(told.what());
     if (report.json()) {
-        report.object(errorJson(code, message));
+        report.object(errorJson(told));
         std::fflush(stdout);
     }
-    return code;
+    return told.code();
 }
 
-ErrorCode failInternal(Reporter& report, const char* what)
+Error errorOf(const std::exception_ptr& error)
 {
-    return fail(report, ErrorCode::Internal,
-                formatString("internal error: %s, expected no such case; this is a bug, please report it with the "
-                             "command line",
-                             what));
-}
-
-ErrorCode failWith(Reporter& report, const std::exception_ptr& error)
-{
+    const auto internal = [](const char* what) { return internalError("internal error", what, "no such case"); };
     try {
         std::rethrow_exception(error);
     } catch (const Error& e) {
-        return fail(report, e.code(), e.what());
+        return e;
     } catch (const std::filesystem::filesystem_error& e) {
-        return fail(report, ErrorCode::Io,
-                    formatString("%s: %s, expected a path that can be used; check it and its rights",
-                                 e.path1().empty() ? "path" : e.path1().c_str(), e.code().message().c_str()));
+        return {ErrorCode::Io, e.path1().empty() ? "path" : e.path1().string(), e.code().message(),
+                "a path that can be used", "check it and its rights"};
     } catch (const std::bad_alloc&) {
-        return fail(
-            report, ErrorCode::OutOfMemory,
-            formatString("memory: none left after a peak of %s of the %s that this machine or container allows, "
-                         "expected more to be available; close other programs, raise the limit, or ask for less "
-                         "(--memory-budget, --size, --threads)",
-                         formatBytes(peakMemoryBytes()).c_str(), formatBytes(usableMemory()).c_str()));
+        return {ErrorCode::OutOfMemory, "memory",
+                formatString("none left after a peak of %s of the %s that this machine or container allows",
+                             formatBytes(peakMemoryBytes()).c_str(), formatBytes(usableMemory()).c_str()),
+                "more to be available",
+                "close other programs, raise the limit, or ask for less (--memory-budget, --size, --threads)"};
     } catch (const std::system_error& e) {
-        if (e.code() != std::errc::resource_unavailable_try_again)
-            return failInternal(report, e.what());
-        const Error threads = tooFewThreads("this command");
-        return fail(report, threads.code(), threads.what());
+        return e.code() == std::errc::resource_unavailable_try_again ? tooFewThreads("this command")
+                                                                     : internal(e.what());
     } catch (const std::exception& e) {
-        return failInternal(report, e.what());
+        return internal(e.what());
     } catch (...) {
-        return failInternal(report, "an unknown exception");
+        return internal("an unknown exception");
     }
+}
+
+ErrorCode failWith(Reporter& report, const std::exception_ptr& error, const CLI::App* command)
+{
+    return fail(report, errorOf(error), command);
 }
 
 // --format and --progress of a line that may not be parsed: its error takes the form it asked for.
@@ -99,14 +95,13 @@ void parse(CLI::App& root, const Invocation& invocation, const CommandState& sta
     try {
         giveWords(root, state);
     } catch (const CLI::Error& e) { // what checkWords() did not see
-        throw Error(ErrorCode::Usage, formatString("command line: %s, expected what %s --help tells; correct it",
-                                                   e.what(), root.get_name().c_str()));
+        throw Error(ErrorCode::Usage, "command line", e.what(), "what " + root.get_name() + " --help tells",
+                    "correct it");
     }
     if (invocation.run)
         return;
     const std::string path = commandPath(*state.command);
-    throw Error(ErrorCode::Usage, formatString("%s: no command given, expected %s; see %s --help", path.c_str(),
-                                               listCommands(*state.command).c_str(), path.c_str()));
+    throw Error(ErrorCode::Usage, path, "no command given", listCommands(*state.command), "see " + path + " --help");
 }
 
 // A standard stream that was closed at the start is held by a file on which its use fails as before: the next file to be
@@ -143,18 +138,11 @@ void addPageCommand(CLI::App& root, Invocation& invocation, const char* name, co
 
 } // namespace
 
-OrderedJson errorJson(ErrorCode code, const std::string& message)
+OrderedJson errorJson(const Error& error)
 {
-    const size_t object = message.find(": "), expected = message.find(", expected ");
-    const size_t remedy = expected == std::string::npos ? expected : message.find("; ", expected);
-    OrderedJson found, wanted, todo;
-    if (object != std::string::npos && object < expected && remedy != std::string::npos) {
-        found = message.substr(object + 2, expected - object - 2);
-        wanted = message.substr(expected + 11, remedy - expected - 11);
-        todo = message.substr(remedy + 2);
-    }
-    return {{"schema", "gsc.error/1"}, {"code", errorName(code)}, {"exit_code", int(code)}, {"message", message},
-            {"found", found},          {"expected", wanted},      {"remedy", todo}};
+    return {{"schema", "gsc.error/1"},      {"code", errorName(error.code())}, {"exit_code", int(error.code())},
+            {"message", error.what()},      {"subject", error.subject()},      {"found", error.found()},
+            {"expected", error.expected()}, {"remedy", error.remedy()}};
 }
 
 ErrorCode runInvocation(const Invocation& invocation)
@@ -169,7 +157,7 @@ ErrorCode runInvocation(const Invocation& invocation)
         report.flush();
         return code;
     } catch (...) {
-        return failWith(report, std::current_exception());
+        return failWith(report, std::current_exception(), invocation.command);
     }
 }
 
@@ -236,8 +224,9 @@ int runTool(CLI::App& root, Invocation& invocation, int argc, const char* const*
             return int(ErrorCode::Ok);
         }
         parse(root, invocation, state);
+        invocation.command = state.command;
     } catch (...) {
-        return int(failWith(report, std::current_exception()));
+        return int(failWith(report, std::current_exception(), nullptr));
     }
     return int(runInvocation(invocation));
 }

@@ -17,6 +17,7 @@ namespace gsc {
 struct Invocation {
     ReporterOptions reporter;
     std::function<ErrorCode(Reporter&)> run;
+    const CLI::App* command = nullptr; // whose options an error may name
 };
 
 // --format, -q, -v, --no-color, and --progress for commands that take long.
@@ -39,8 +40,7 @@ int runProgram(const Program& program, int argc, const char* const* argv);
 // As runProgram(), with the caller's own tree of commands.
 int runTool(CLI::App& root, Invocation& invocation, int argc, const char* const* argv);
 
-// gsc.error/1 (schemas/error.schema.json): the message, and its parts where it has the form
-// `<object>: <found>, expected <what>; <what to do>`.
-OrderedJson errorJson(ErrorCode code, const std::string& message);
+// gsc.error/1 (schemas/error.schema.json).
+OrderedJson errorJson(const Error& error);
 
 } // namespace gsc

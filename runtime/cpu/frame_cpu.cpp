@@ -89,10 +89,9 @@ void CpuFrame::selectAnchors(const EyeParams* eyes, uint32_t eye_count, const Fr
 void CpuFrame::checkSlots(size_t anchors) const
 {
     if (anchors * model.params->n_offsets > UINT32_MAX)
-        throw Error(ErrorCode::OutOfMemory,
-                    formatString("frame: %zu visible anchors of %u Gaussians each, expected fewer than 2^32 "
-                                 "Gaussians; raise the LOD or look at less of the model",
-                                 anchors, model.params->n_offsets));
+        throw Error(ErrorCode::OutOfMemory, "frame",
+                    formatString("%zu visible anchors of %u Gaussians each", anchors, model.params->n_offsets),
+                    "fewer than 2^32 Gaussians", "raise the LOD or look at less of the model");
 }
 
 void CpuFrame::decode(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, FrameResult& result,

@@ -204,10 +204,8 @@ public:
         checkRequest(m_model, request, true);
         const FrameOptions& options = request.options;
         if (options.reuse.policy != ReusePolicy::None || options.detail > 0 || options.lod_hysteresis > 0)
-            throw Error(
-                ErrorCode::Unsupported,
-                "backend cpu-reference: keeps nothing from frame to frame, expected reuse policy none, a detail "
-                "and a LOD hysteresis of 0; use the backend cpu or cuda");
+            throw Error(ErrorCode::Unsupported, "backend cpu-reference", "keeps nothing from frame to frame",
+                        "reuse policy none, a detail and a LOD hysteresis of 0", "use the backend cpu or cuda");
         return m_thread.submit(request);
     }
     FrameState wait(uint64_t ticket, FrameResult& result, std::chrono::nanoseconds most) override

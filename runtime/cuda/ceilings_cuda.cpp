@@ -23,9 +23,8 @@ size_t bufferBytes(uint64_t most_bytes)
     const size_t bytes =
         std::min<size_t>({kLargestBuffer, free_bytes / 8, most_bytes / 2}) / kCeilingPieceBytes * kCeilingPieceBytes;
     if (bytes == 0)
-        throw Error(ErrorCode::OutOfMemory, formatString("cuda: %zu bytes of device memory are free, expected %zu to "
-                                                         "measure it with; end what else uses the GPU",
-                                                         free_bytes, 8 * kCeilingPieceBytes));
+        throw Error(ErrorCode::OutOfMemory, "cuda", formatString("%zu bytes of device memory are free", free_bytes),
+                    formatString("%zu to measure it with", 8 * kCeilingPieceBytes), "end what else uses the GPU");
     return bytes;
 }
 

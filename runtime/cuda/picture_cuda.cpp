@@ -19,10 +19,10 @@ std::byte* allocateOnDevice(size_t bytes, int ordinal)
     const cudaError_t code = cudaMalloc(&block, bytes);
     if (code == cudaErrorMemoryAllocation) {
         (void)cudaGetLastError();
-        throw Error(ErrorCode::OutOfMemory,
-                    formatString("cuda:%d: a picture takes %zu bytes of device memory, which are not free, expected "
-                                 "enough; state a smaller --vram-budget or --size",
-                                 ordinal, bytes));
+        throw Error(ErrorCode::OutOfMemory, formatString("cuda:%d", ordinal),
+                    formatString("a picture takes %zu bytes of device memory, which are not free", bytes), "enough",
+                    "lower the budget of device memory, or draw smaller images")
+            .with({Setting::DeviceMemory, Setting::ImageSize});
     }
     GSC_CUDA_CHECK(code);
     return static_cast<std::byte*>(block);

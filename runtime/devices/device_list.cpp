@@ -27,12 +27,12 @@ int one()
 
 DeviceInfo allCores(int)
 {
-    return {{"cpu", 0}, true, ErrorCode::Ok, "all cores, SIMD chosen at run time"};
+    return {{"cpu", 0}, true, {}, "all cores, SIMD chosen at run time"};
 }
 
 DeviceInfo oneCore(int)
 {
-    return {{"cpu-reference", 0}, true, ErrorCode::Ok, "scalar, one thread; slow, for comparison"};
+    return {{"cpu-reference", 0}, true, {}, "scalar, one thread; slow, for comparison"};
 }
 
 // Best first. A device's backend joins here, under the macro that says it was built.
@@ -47,7 +47,7 @@ constexpr Entry kEntries[] = {
 
 Error unusable(const DeviceInfo& device)
 {
-    return Error(device.why, formatString("backend %s: %s", deviceText(device.id).c_str(), device.text.c_str()));
+    return device.fault->about("backend " + deviceText(device.id));
 }
 
 std::string passedOver(const DeviceInfo& device)
@@ -115,19 +115,17 @@ void checkDevice(const DeviceId& device)
         if (device.ordinal == 0 || (device.ordinal > 0 && device.ordinal < count))
             return;
         if (!any)
-            throw Error(ErrorCode::Usage,
-                        formatString("backend %s: this machine has %d of its devices, expected a number below that; "
-                                     "gsc-play backends lists them",
-                                     deviceText(device).c_str(), count));
+            throw Error(ErrorCode::Usage, "backend " + deviceText(device),
+                        formatString("this machine has %d of its devices", count), "a number below that",
+                        "look at the list of devices")
+                .with({Setting::DeviceList});
     }
     if (any)
-        throw Error(ErrorCode::Usage,
-                    formatString("device %d: no backend of this machine has it, expected a number that "
-                                 "gsc-play backends lists; choose one of those",
-                                 device.ordinal));
-    throw Error(ErrorCode::Usage, formatString("backend %s: not part of this build, expected one of %s; choose one of "
-                                               "those",
-                                               device.backend.c_str(), names.c_str()));
+        throw Error(ErrorCode::Usage, formatString("device %d", device.ordinal), "no backend of this machine has it",
+                    "the number of one that there is", "look at the list of devices")
+            .with({Setting::DeviceList});
+    throw Error(ErrorCode::Usage, "backend " + device.backend, "not part of this build", "one of " + names,
+                "choose one of those");
 }
 
 void checkUsable(const DeviceId& device)

@@ -56,8 +56,8 @@ const OiioImageFunctions& oiio([[maybe_unused]] const std::string& path)
     static const OiioImageFunctions& functions = loadOiio();
     return functions;
 #else
-    throw Error(ErrorCode::Unsupported,
-                path + ": this build cannot read this kind of image, expected .pfm; use a build with GSC_WITH_OIIO");
+    throw Error(ErrorCode::Unsupported, path, "this build cannot read this kind of image", ".pfm",
+                "use a build with GSC_WITH_OIIO");
 #endif
 }
 
@@ -65,10 +65,8 @@ std::ifstream opened(const std::string& path)
 {
     std::ifstream file(path, std::ios::binary);
     if (!file)
-        throw Error(ErrorCode::Io,
-                    formatString("%s: cannot be opened (%s), expected an image that can be read; check the path and "
-                                 "its rights",
-                                 path.c_str(), std::strerror(errno)));
+        throw Error(ErrorCode::Io, path, formatString("cannot be opened (%s)", std::strerror(errno)),
+                    "an image that can be read", "check the path and its rights");
     char start[kStandInBytes];
     file.read(start, sizeof(start));
     const auto count = size_t(file.gcount());
@@ -112,16 +110,14 @@ Image readPfm(const std::string& path)
     file >> std::setw(16) >> magic >> width >> height >> scale;
     file.get(); // the one whitespace that ends the header
     if (magic != "PF")
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: no colour PFM image, expected it to start with PF; convert it to a colour image",
-                                 path.c_str()));
+        throw Error(ErrorCode::InvalidFile, path, "no colour PFM image", "it to start with PF",
+                    "convert it to a colour image");
     if (width < 1 || height < 1 || width > long(kMaxSide) || height > long(kMaxSide))
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: is %ld x %ld pixels, expected 1 to %u each; pass another image", path.c_str(),
-                                 width, height, kMaxSide));
+        throw Error(ErrorCode::InvalidFile, path, formatString("is %ld x %ld pixels", width, height),
+                    formatString("1 to %u each", kMaxSide), "pass another image");
     if (!std::isfinite(scale) || scale == 0)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: has scale %g, expected -1 or 1; write the image again", path.c_str(), scale));
+        throw Error(ErrorCode::InvalidFile, path, formatString("has scale %g", scale), "-1 or 1",
+                    "write the image again");
     Image image;
     image.width = uint32_t(width);
     image.height = uint32_t(height);
@@ -132,9 +128,8 @@ Image readPfm(const std::string& path)
         bottom_up.resize(bottom_up.size() + row);
         if (!file.read(reinterpret_cast<char*>(bottom_up.data() + size_t(y) * row),
                        std::streamsize(row * sizeof(float))))
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: ends in row %ld of %ld, expected all of them; copy or write the image again",
-                                     path.c_str(), y, height));
+            throw Error(ErrorCode::InvalidFile, path, formatString("ends in row %ld of %ld", y, height), "all of them",
+                        "copy or write the image again");
     }
     if (scale > 0) // big-endian
         for (float& value : bottom_up)
@@ -171,9 +166,8 @@ void loadImageWriter(const std::string& path)
 void writeImage(const std::string& path, const Image& image, PixelDepth depth, bool overwrite)
 {
     if (!isImageExtension(path))
-        throw Error(ErrorCode::Unsupported,
-                    formatString("%s: this build cannot write such a file, expected one of %s; choose one of them",
-                                 path.c_str(), imageExtensions().c_str()));
+        throw Error(ErrorCode::Unsupported, path, "this build cannot write such a file", "one of " + imageExtensions(),
+                    "choose one of them");
     const std::string extension = extensionOf(path);
     std::vector<unsigned char> encoded;
     if (extension != ".pfm")

@@ -32,8 +32,7 @@ std::vector<unsigned char> encodeAs(OIIO::ImageOutput& output, const std::string
     OIIO::Filesystem::IOVecOutput encoded;
     if (!output.set_ioproxy(&encoded) || !output.open(path, spec) || !output.write_image(type, pixels) ||
         !output.close())
-        throw Error(ErrorCode::Internal, path + ": OpenImageIO cannot encode the image (" + output.geterror() +
-                                             "), expected it to; this is a bug of gsc, please report it");
+        throw internalError(path, "OpenImageIO cannot encode the image (" + output.geterror() + ")", "it to");
     return encoded.buffer();
 }
 
@@ -46,9 +45,8 @@ Image readAs(OIIO::ImageInput& input, const std::string& path, OIIO::TypeDesc ty
     image.height = uint32_t(spec.height);
     std::vector<T> raw(size_t(image.width) * image.height * 3);
     if (!input.read_image(0, 0, 0, 3, type, raw.data()))
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: cannot be decoded (%s), expected a whole image; copy or write it again",
-                                 path.c_str(), input.geterror().c_str()));
+        throw Error(ErrorCode::InvalidFile, path, "cannot be decoded (" + input.geterror() + ")", "a whole image",
+                    "copy or write it again");
     image.pixels.resize(raw.size());
     for (size_t i = 0; i < raw.size(); ++i)
         image.pixels[i] = float(raw[i]) / max;
@@ -60,11 +58,9 @@ std::vector<unsigned char> encodeOiioImage(const std::string& path, const std::s
 {
     const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(extension.substr(1));
     if (!output)
-        throw Error(
-            ErrorCode::Unsupported,
-            formatString(
-                "%s: OpenImageIO cannot write %s (%s), expected it to; choose another kind of image, such as .pfm",
-                path.c_str(), extension.c_str(), OIIO::geterror().c_str()));
+        throw Error(ErrorCode::Unsupported, path,
+                    formatString("OpenImageIO cannot write %s (%s)", extension.c_str(), OIIO::geterror().c_str()),
+                    "it to", "choose another kind of image, such as .pfm");
     OIIO::ImageSpec spec(int(image.width), int(image.height), 3, OIIO::TypeDesc::FLOAT);
     if (extension == ".exr") {
         spec.attribute("compression", "zip");
@@ -86,20 +82,15 @@ Image readOiioImage(const std::string& path)
     config.attribute("oiio:UnassociatedAlpha", 1); // colours as stored
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path, &config);
     if (!input)
-        throw Error(
-            ErrorCode::InvalidFile,
-            formatString(
-                "%s: no image that can be read (%s), expected one that OpenImageIO knows; check the path and the file",
-                path.c_str(), OIIO::geterror().c_str()));
+        throw Error(ErrorCode::InvalidFile, path, "no image that can be read (" + OIIO::geterror() + ")",
+                    "one that OpenImageIO knows", "check the path and the file");
     const OIIO::ImageSpec& spec = input->spec();
     if (spec.width < 1 || spec.height < 1 || spec.width > kMaxSide || spec.height > kMaxSide || spec.depth > 1)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: is %d x %d pixels, expected 1 to %d each; pass another image", path.c_str(),
-                                 spec.width, spec.height, kMaxSide));
+        throw Error(ErrorCode::InvalidFile, path, formatString("is %d x %d pixels", spec.width, spec.height),
+                    formatString("1 to %d each", kMaxSide), "pass another image");
     if (spec.nchannels < 3)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("%s: has %d channels, expected red, green and blue; convert it to a colour image",
-                                 path.c_str(), spec.nchannels));
+        throw Error(ErrorCode::Unsupported, path, formatString("has %d channels", spec.nchannels),
+                    "red, green and blue", "convert it to a colour image");
     // integers are divided here: OpenImageIO multiplies by a rounded reciprocal
     if (spec.format == OIIO::TypeDesc::UINT8)
         return readAs<uint8_t>(*input, path, OIIO::TypeDesc::UINT8, 255);

@@ -53,12 +53,10 @@ std::string findModule(const std::string& file)
             looked_in += (looked_in.empty() ? "" : " or in ") + place.string();
         }
     if (looked_in.empty())
-        throw Error(ErrorCode::Unsupported,
-                    file + ": not found, because nothing tells where the program lies, expected /proc to, or the path "
-                           "that it is started by; start it by its whole path");
-    throw Error(ErrorCode::Unsupported,
-                formatString("%s: not found, expected it in %s; install gsc again, with all of its files", file.c_str(),
-                             looked_in.c_str()));
+        throw Error(ErrorCode::Unsupported, file, "not found, because nothing tells where the program lies",
+                    "/proc to, or the path that it is started by", "start it by its whole path");
+    throw Error(ErrorCode::Unsupported, file, "not found", "it in " + looked_in,
+                "install gsc again, with all of its files");
 }
 
 // The dynamic linker tells a fault's kind in words alone.
@@ -78,22 +76,16 @@ const void* moduleFunctions(const char* name, size_t threads)
     // not all symbols at once: of 250 libraries few functions are called
     void* const library = dlopen(path.c_str(), RTLD_LAZY | RTLD_LOCAL);
     if (const char* const why = library ? "" : dlerror(); isOfMemory(why))
-        throw Error(ErrorCode::OutOfMemory,
-                    formatString("%s: cannot be loaded (%s), expected memory for it and its libraries; close other "
-                                 "programs, or raise the limit of this process",
-                                 path.c_str(), why));
+        throw Error(ErrorCode::OutOfMemory, path, formatString("cannot be loaded (%s)", why),
+                    "memory for it and its libraries", "close other programs, or raise the limit of this process");
     else if (!library)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("%s: cannot be loaded (%s), expected it and its libraries to be whole and of this "
-                                 "machine; install gsc again, with what it needs",
-                                 path.c_str(), why));
+        throw Error(ErrorCode::Unsupported, path, formatString("cannot be loaded (%s)", why),
+                    "it and its libraries to be whole and of this machine", "install gsc again, with what it needs");
     const auto* const entry = static_cast<const ModuleEntry*>(dlsym(library, "gsc_module"));
     const char* const version = entry ? entry->version : "none";
     if (std::strcmp(version, GSC_MODULE_VERSION) != 0)
-        throw Error(
-            ErrorCode::Unsupported,
-            formatString("%s: is of version %s, expected the program's, %s; install gsc again, with all of its files",
-                         path.c_str(), version, GSC_MODULE_VERSION));
+        throw Error(ErrorCode::Unsupported, path, formatString("is of version %s", version),
+                    formatString("the program's, %s", GSC_MODULE_VERSION), "install gsc again, with all of its files");
     return entry->functions;
 }
 

@@ -150,8 +150,8 @@ const OrderedJson& Record::read(const char* key) const
         return m_in->at(m_at / key);
     if (!m_in->at(m_at).is_object())
         fail(m_at, "an object");
-    throw Error(ErrorCode::InvalidFile, m_where + ": has no " + dotted(m_at / key) + ", expected a whole line of " +
-                                            m_form + "; remove the line or run it again");
+    throw Error(ErrorCode::InvalidFile, m_where, "has no " + dotted(m_at / key),
+                std::string("a whole line of ") + m_form, "remove the line or run it again");
 }
 
 const OrderedJson& Record::checked(const char* key, const FieldKind& kind) const
@@ -166,8 +166,8 @@ void Record::fail(const Pointer& at, const std::string& expected) const
     std::string found = m_in->at(at).dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
     if (found.size() > 60)
         found = found.substr(0, 57) + "...";
-    throw Error(ErrorCode::InvalidFile, m_where + ": " + dotted(at) + " is " + found + ", expected " + expected +
-                                            "; remove the line or run it again");
+    throw Error(ErrorCode::InvalidFile, m_where, dotted(at) + " is " + found, expected,
+                "remove the line or run it again");
 }
 
 } // namespace gsc

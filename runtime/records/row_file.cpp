@@ -22,10 +22,10 @@ namespace {
 
 [[noreturn]] void failLine(const std::string& path, size_t line, const RowKind& kind, const std::string& fault = {})
 {
-    throw Error(ErrorCode::InvalidFile,
-                formatString("%s: line %zu is no row of %s%s, expected %s; choose another %s", path.c_str(), line,
-                             kind.command, fault.empty() ? "" : (" (" + fault + ")").c_str(), kind.expected,
-                             kind.option));
+    throw Error(ErrorCode::InvalidFile, path,
+                formatString("line %zu is no row of %s%s", line, kind.command,
+                             fault.empty() ? "" : (" (" + fault + ")").c_str()),
+                kind.expected, formatString("choose another %s", kind.option));
 }
 
 // Does `text` start as a row does, as far as both go?
@@ -51,10 +51,9 @@ std::string readAll(const std::string& path, const RowKind& kind)
         }
     }
     if (!file || std::ferror(file.get()))
-        throw Error(ErrorCode::Io,
-                    formatString("%s: cannot be read (%s), expected rows of %s or nothing; choose another "
-                                 "%s",
-                                 path.c_str(), std::strerror(errno), kind.command, kind.option));
+        throw Error(ErrorCode::Io, path, formatString("cannot be read (%s)", std::strerror(errno)),
+                    formatString("rows of %s or nothing", kind.command),
+                    formatString("choose another %s", kind.option));
     return text;
 }
 
@@ -109,11 +108,10 @@ void checkUntouched(const std::string& path, uint64_t bytes, const RowKind& kind
     const bool is_file = !path.empty() && !isStandardOutput(path) && std::filesystem::exists(path, code);
     const uint64_t found = is_file ? std::filesystem::file_size(path, code) : 0;
     if (is_file && !code && found != bytes)
-        throw Error(ErrorCode::Io,
-                    formatString("%s: has %llu bytes, expected the %llu that were there before: another program "
-                                 "writes to it; give every run %s of its own",
-                                 path.c_str(), static_cast<unsigned long long>(found),
-                                 static_cast<unsigned long long>(bytes), kind.option));
+        throw Error(ErrorCode::Io, path, formatString("has %llu bytes", static_cast<unsigned long long>(found)),
+                    formatString("the %llu that were there before: another program writes to it",
+                                 static_cast<unsigned long long>(bytes)),
+                    formatString("give every run %s of its own", kind.option));
 }
 
 } // namespace gsc

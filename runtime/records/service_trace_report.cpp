@@ -143,8 +143,8 @@ ServiceTraceReport parseServiceTrace(const OrderedJson& json, const std::string&
     std::string schema;
     record.field("schema", schema, kText);
     if (schema != kServiceTraceSchema)
-        throw Error(ErrorCode::Unsupported, where + ": schema is " + schema + ", expected " + kServiceTraceSchema +
-                                                "; use the gsc of the program that wrote it");
+        throw Error(ErrorCode::Unsupported, where, "schema is " + schema, kServiceTraceSchema,
+                    "use the gsc of the program that wrote it");
     ServiceTraceReport report;
     describe(record, report);
     return report;

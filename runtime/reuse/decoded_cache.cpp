@@ -94,9 +94,9 @@ void DecodedCache::grow(size_t slots, size_t most)
         const size_t bytes = slabBytes(slab.slots);
         slab.data.reset(static_cast<std::byte*>(std::aligned_alloc(huge ? kHugePage : 64, bytes)));
         if (slab.data == nullptr)
-            throw Error(ErrorCode::OutOfMemory, formatString("cache of decoded Gaussians: no memory for %zu bytes, "
-                                                             "expected enough; set a smaller --cache-budget",
-                                                             bytes));
+            throw Error(ErrorCode::OutOfMemory, "cache of decoded Gaussians",
+                        formatString("no memory for %zu bytes", bytes), "enough", "lower the budget of the cache")
+                .with({Setting::CacheMemory});
 #ifdef __linux__
         if (huge)
             (void)madvise(slab.data.get(), bytes, MADV_HUGEPAGE); // advice: without it all is only slower

@@ -64,8 +64,9 @@ public:
         stayLost();
         const Fault fault = m_source->next();
         if (fault == Fault::Memory)
-            throw Error(ErrorCode::OutOfMemory,
-                        deviceText(id()) + ": injected: no memory for a frame, expected some; leave --inject out");
+            throw Error(ErrorCode::OutOfMemory, deviceText(id()), "injected: no memory for a frame", "some",
+                        "inject no fault")
+                .with({Setting::InjectedFault});
         const uint64_t ticket = m_renderer->submit(request);
         m_faults[ticket] = fault;
         return ticket;
@@ -87,9 +88,9 @@ public:
             throw std::runtime_error("injected: an exception that nobody expects");
         if (fault == Fault::Hang) {
             std::this_thread::sleep_for(m_source->faults.hang);
-            throw Error(ErrorCode::Device,
-                        deviceText(id()) +
-                            ": injected: answers only after a while, expected sooner; leave --inject out");
+            throw Error(ErrorCode::Device, deviceText(id()), "injected: answers only after a while", "sooner",
+                        "inject no fault")
+                .with({Setting::InjectedFault});
         }
         std::this_thread::sleep_for(m_source->faults.slow);
         return state;
@@ -99,9 +100,9 @@ private:
     void stayLost() const
     {
         if (m_lost)
-            throw Error(ErrorCode::Device,
-                        deviceText(id()) +
-                            ": injected: the device is lost, expected it to be there; leave --inject out");
+            throw Error(ErrorCode::Device, deviceText(id()), "injected: the device is lost", "it to be there",
+                        "inject no fault")
+                .with({Setting::InjectedFault});
     }
 
     std::unique_ptr<Renderer> m_renderer;

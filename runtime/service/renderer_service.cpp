@@ -23,16 +23,15 @@ constexpr auto kHangsAtEnd = std::chrono::seconds(1); // that the end waits for 
 void checkServiceOptions(const ServiceOptions& options)
 {
     if (options.devices.empty())
-        throw Error(ErrorCode::Usage, "service: no device, expected at least one; name one");
+        throw Error(ErrorCode::Usage, "service", "no device", "at least one", "name one");
     const PaceRules& pace = options.pace;
     if (!(pace.min_fps >= 0) || !(pace.max_fps >= 0) || (pace.max_fps > 0 && pace.max_fps < pace.min_fps))
-        throw Error(ErrorCode::Usage,
-                    formatString("service: from %g to %g frames per second, expected the first to be at "
-                                 "most the second; correct them",
-                                 pace.min_fps, pace.max_fps));
+        throw Error(ErrorCode::Usage, "service",
+                    formatString("from %g to %g frames per second", pace.min_fps, pace.max_fps),
+                    "the first to be at most the second", "correct them");
     if (options.keeps_all && options.timeout.count() > 0)
-        throw Error(ErrorCode::Usage, "service: a timeout where all poses are kept, expected one or the other; leave "
-                                      "one out");
+        throw Error(ErrorCode::Usage, "service", "a timeout where all poses are kept", "one or the other",
+                    "leave one out");
 }
 
 void checkPose(const ModelView& model, const ServiceOptions& service, const PoseRequest& request)
@@ -41,17 +40,16 @@ void checkPose(const ModelView& model, const ServiceOptions& service, const Pose
     for (const DeviceId& device : service.devices)
         checkReuse(device.backend, request.options.reuse.policy);
     if (!request.options.columns.all())
-        throw Error(ErrorCode::Usage,
-                    "service: a pose with columns of its own, expected none; leave them out, the service "
-                    "chooses bands itself");
+        throw Error(ErrorCode::Usage, "service", "a pose with columns of its own", "none",
+                    "leave them out, the service chooses bands itself");
     if (request.options.lod_hysteresis > 0 && service.devices.size() > 1)
-        throw Error(ErrorCode::Unsupported,
-                    "service: LOD hysteresis with several workers, of which each sees only some "
-                    "of the poses, expected 0; leave it out or use one worker");
+        throw Error(ErrorCode::Unsupported, "service",
+                    "LOD hysteresis with several workers, of which each sees only some of the poses", "0",
+                    "leave it out or use one worker");
     if (service.mode == ServiceMode::Eye && decodesMerged(request.options, uint32_t(request.eyes.size())))
-        throw Error(ErrorCode::Usage,
-                    "service: mode eye together with stereo merged, which decodes once for both eyes, "
-                    "expected one of them; use mode split or frame");
+        throw Error(ErrorCode::Usage, "service",
+                    "mode eye together with stereo merged, which decodes once for both eyes", "one of them",
+                    "use mode split or frame");
 }
 
 } // namespace

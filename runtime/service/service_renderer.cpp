@@ -54,9 +54,8 @@ public:
             if (target.kind == FrameTarget::Kind::Surface ||
                 (target.kind == FrameTarget::Kind::Device && !takesDeviceTargets()) ||
                 (any && target.format != request.targets.front().format))
-                throw Error(ErrorCode::Unsupported,
-                            "target: of several workers on a device, or of two formats, expected memory of this "
-                            "process and one format; take pictures from a RendererService instead");
+                throw Error(ErrorCode::Unsupported, "target", "of several workers on a device, or of two formats",
+                            "memory of this process and one format", "take pictures from a RendererService instead");
             pose.wants_depth = pose.wants_depth || target.hasDepth();
         }
         if (any)
@@ -98,7 +97,7 @@ private:
     RendererService& service()
     {
         if (!m_service)
-            throw Error(ErrorCode::Usage, "renderer: no model is loaded, expected one; call load() first");
+            throw Error(ErrorCode::Usage, "renderer", "no model is loaded", "one", "call load() first");
         return *m_service;
     }
     [[nodiscard]] const RendererService& service() const { return const_cast<SharedRenderer*>(this)->service(); }

@@ -89,8 +89,7 @@ std::vector<WorkerPtr> replaceHanging(ServiceState& service)
         const std::string text = formatString("hangs: %s took longer than %.0f ms",
                                               draws ? "a part" : "loading or letting go", milliseconds(deadline));
         const auto error = std::make_exception_ptr(
-            Error(ErrorCode::Device, formatString("%s: %s, expected less; see whether the device still answers",
-                                                  deviceText(hung->device).c_str(), text.c_str())));
+            Error(ErrorCode::Device, deviceText(hung->device), text, "less", "see whether the device still answers"));
         const WorkerPtr& other = fresh.emplace_back(std::make_shared<Worker>(hung->index, hung->device));
         other->draws = hung->draws;
         other->stats = hung->stats;

@@ -156,9 +156,8 @@ void finishCamera(Camera& camera, uint32_t width, uint32_t height, double fov_x)
     const uint32_t base_width = camera.width > 0 ? camera.width : width;
     const uint32_t base_height = camera.height > 0 ? camera.height : height;
     if (base_width == 0 || base_height == 0)
-        throw Error(ErrorCode::Usage,
-                    formatString("camera %s: its file states no image size, expected one; pass --size WxH",
-                                 camera.name.c_str()));
+        throw Error(ErrorCode::Usage, "camera " + camera.name, "its file states no image size", "one", "state one")
+            .with({Setting::ImageSize});
     if (camera.focal_x > 0 && camera.focal_y > 0) {
         camera.fov_x = 2 * std::atan(base_width / (2 * camera.focal_x));
         camera.fov_y = 2 * std::atan(base_height / (2 * camera.focal_y));
@@ -174,9 +173,9 @@ void finishCamera(Camera& camera, uint32_t width, uint32_t height, double fov_x)
         camera.fov_x = fov_x;
     if (!(camera.fov_x > 0)) {
         if (!(camera.fov_y > 0))
-            throw Error(ErrorCode::Usage,
-                        formatString("camera %s: its file states no field of view, expected one; pass --fov DEGREES",
-                                     camera.name.c_str()));
+            throw Error(ErrorCode::Usage, "camera " + camera.name, "its file states no field of view", "one",
+                        "state one")
+                .with({Setting::FieldOfView});
         camera.fov_x = 2 * std::atan(std::tan(camera.fov_y / 2) * base_width / base_height);
     }
     const double focal_x = base_width / (2 * std::tan(camera.fov_x / 2));

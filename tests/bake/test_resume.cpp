@@ -23,7 +23,7 @@ BakeProgress stopAt(size_t n)
     return [n, told = size_t(0)](const char*, uint64_t done, uint64_t total) mutable {
         CHECK(done <= total);
         if (++told == n)
-            throw Error(ErrorCode::Interrupted, "stopped");
+            throw Error(ErrorCode::Interrupted, "bake", "stopped", "the end", "go on");
     };
 }
 

@@ -39,9 +39,7 @@ void measure(const std::string& path, const std::string& packed)
         same = same && std::ranges::equal(unpacked.bytes(), file.bytes());
     }
     if (!same)
-        throw Error(ErrorCode::Difference,
-                    path + ": unpacked to other bytes, expected its own; this is a bug of gsc, please "
-                           "report it");
+        throw internalError(path, "unpacked to other bytes", "its own");
     const double megabytes = double(sizes.raw_bytes) * 1e-6, anchors = double(view.header->anchor_count);
     std::printf("%-40s %6.1f of %6.1f bytes an anchor, packs %5.0f, unpacks %5.0f MB/s\n",
                 std::filesystem::path(path).filename().c_str(), double(sizes.stored_bytes) / anchors,

@@ -85,7 +85,7 @@ public:
         write(directions.data(), directions.size() * sizeof(float));
         write(opacities.data(), opacities.size() * sizeof(float));
         if (!file.flush())
-            throw Error(ErrorCode::Io, formatString("%s: cannot be written, expected room for the dump", path));
+            throw Error(ErrorCode::Io, path, "cannot be written", "room for the dump", "free some space");
     }
 
 private:
@@ -116,12 +116,13 @@ private:
 int benchmark(int argc, char** argv)
 {
     if (argc != 5)
-        throw Error(ErrorCode::Usage, "bench_decode_model: expected FILE.gsc CAMERA THREADS DUMP");
+        throw Error(ErrorCode::Usage, "bench_decode_model", "other words", "FILE.gsc CAMERA THREADS DUMP",
+                    "pass these");
     const std::unique_ptr<Scene> scene = Scene::open(argv[1]);
     const size_t index = size_t(std::atoi(argv[2]));
     if (index >= scene->cameras().size())
-        throw Error(ErrorCode::Usage, formatString("%s: camera %zu, expected fewer than %zu; choose another", argv[1],
-                                                   index, scene->cameras().size()));
+        throw Error(ErrorCode::Usage, argv[1], formatString("camera %zu", index),
+                    formatString("fewer than %zu", scene->cameras().size()), "choose another");
     const ModelParams& params = *scene->view().params;
     Decoder decoder(scene->view(), eyeParams(toCamera(scene->cameras()[index]), scene->view().origin),
                     params.appearance_dim > 0 ? 0 : -1, std::atoi(argv[3]));

@@ -39,7 +39,7 @@ Delivery draw(RendererService& service, const EyeParams (&eyes)[2], bool on_devi
     (void)service.submit(request);
     std::optional<Delivery> drawn = service.next(std::chrono::minutes(1));
     if (!drawn || drawn->end != PoseEnd::Shown)
-        throw Error(ErrorCode::Device, "bench_present: no picture came");
+        throw Error(ErrorCode::Device, "bench_present", "no picture came", "one", "look at the device");
     return std::move(*drawn);
 }
 
@@ -65,8 +65,9 @@ void run(const char* path, uint32_t width, uint32_t height, int frames)
     display.device = deviceUuid(options.devices.front());
     const std::unique_ptr<Presenter> presenter = loadModule<PresentFunctions>("gsc_present").open(display);
     if (!presenter->sharesMemory())
-        throw Error(ErrorCode::Unsupported,
-                    "bench_present: Vulkan's device " + presenter->deviceName() + " shares no memory with cuda:0");
+        throw Error(ErrorCode::Unsupported, "bench_present",
+                    "Vulkan's device " + presenter->deviceName() + " shares no memory", "that of cuda:0",
+                    "choose that GPU");
     HandOverRing ring(*presenter, options.devices.front());
 
     std::vector<double> wall, gpu;
@@ -137,7 +138,7 @@ void run(const char* path, uint32_t width, uint32_t height, int frames)
         percentile(wall, 0.99), percentile(gpu, 0.5), percentile(gpu, 0.99), streamed,
         static_cast<unsigned long long>(wrong), static_cast<unsigned long long>(pixels));
     if (wrong > 0)
-        throw Error(ErrorCode::Difference, "bench_present: pixels differ");
+        throw Error(ErrorCode::Difference, "bench_present", "pixels differ", "the same", "look at the copies");
 }
 
 } // namespace

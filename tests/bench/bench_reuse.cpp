@@ -64,7 +64,8 @@ double mean(const std::vector<double>& ms)
 int benchmark(int argc, char** argv)
 {
     if (argc < 5 || argc > 7)
-        throw Error(ErrorCode::Usage, "bench_reuse: expected FILE.gsc PATH.json FRAMES ROUNDS [BOUND [THREADS]]");
+        throw Error(ErrorCode::Usage, "bench_reuse", "other words",
+                    "FILE.gsc PATH.json FRAMES ROUNDS [BOUND [THREADS]]", "pass these");
     const auto frames = size_t(std::atoi(argv[3]));
     const int rounds = std::atoi(argv[4]), threads = argc > 6 ? std::atoi(argv[6]) : 1;
     const float bound = argc > 5 ? float(std::atof(argv[5])) : 1.0f;
@@ -77,7 +78,7 @@ int benchmark(int argc, char** argv)
         eyes.push_back(eyeParams(camera, scene->view().origin));
     }
     if (eyes.size() <= kWarmup || rounds < 1)
-        throw Error(ErrorCode::Usage, "bench_reuse: expected more than 5 frames and a round or more");
+        throw Error(ErrorCode::Usage, "bench_reuse", "too few", "more than 5 frames and a round or more", "pass these");
     Turn turns[2] = {makeTurn(*scene, ReusePolicy::None, bound, threads),
                      makeTurn(*scene, ReusePolicy::Error, bound, threads)};
     for (Turn& turn : turns) {

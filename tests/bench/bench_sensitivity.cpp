@@ -107,7 +107,7 @@ std::vector<Anchor> sample(const Scene& scene, uint32_t count)
 int main(int argc, char** argv)
 try {
     if (argc < 2)
-        throw Error(ErrorCode::Usage, "usage: bench_sensitivity FILE.gsc [ANCHORS]");
+        throw Error(ErrorCode::Usage, "bench_sensitivity", "other words", "FILE.gsc [ANCHORS]", "pass these");
     const std::unique_ptr<Scene> scene = Scene::open(argv[1]);
     const ModelView& model = scene->view();
     const int32_t appearance = model.embedding != nullptr ? 0 : -1;

@@ -160,7 +160,7 @@ class Table:
             jsonschema.validate(value, self.schema)
         except (json.JSONDecodeError, jsonschema.ValidationError) as problem:
             return f"with --format json: {str(problem)[:300]}; stdout: {run.stdout[:300]!r}, after {error!r}"
-        empty = [key for key in ("found", "expected", "remedy") if not value[key]]
+        empty = [key for key in ("subject", "found", "expected", "remedy") if not value[key]]
         return f"with --format json: no {empty} in {value}" if empty else None
 
     def line(self, line, only):

@@ -97,7 +97,9 @@ TEST_CASE("runInvocation turns every exception into its exit code")
     for (const ErrorCode code :
          {ErrorCode::Usage, ErrorCode::Io, ErrorCode::InvalidFile, ErrorCode::Internal, ErrorCode::Unsupported,
           ErrorCode::OutOfMemory, ErrorCode::Device, ErrorCode::Difference, ErrorCode::Interrupted}) {
-        invocation.run = [code](Reporter&) -> ErrorCode { throw Error(code, "x: thrown by a test"); };
+        invocation.run = [code](Reporter&) -> ErrorCode {
+            throw Error(code, "x", "thrown by a test", "none", "go on");
+        };
         CHECK(runInvocation(invocation) == code);
         invocation.run = [code](Reporter&) { return code; };
         CHECK(runInvocation(invocation) == code);

@@ -6,6 +6,7 @@
 #include <gsc/byte_view.h>
 #include <gsc/checksum.h>
 #include <gsc/error.h>
+#include <gsc/utf8.h>
 #include "format/validate/gsc_validate.h"
 #include <gsc/half.h>
 #include <gsc/file/mapped_file.h>
@@ -28,7 +29,28 @@ using namespace gsc::test;
 TEST_CASE("an error says its message in UTF-8 without control characters")
 {
     CHECK(validUtf8("a\xff\xc3\xa9\xe2\x82 \x1b[31m\n\t") == "a\xef\xbf\xbd\xc3\xa9\xef\xbf\xbd\xef\xbf\xbd ?[31m\n\t");
-    CHECK(std::string(Error(ErrorCode::Io, "\x80.gsc").what()) == "\xef\xbf\xbd.gsc");
+    const Error error(ErrorCode::Io, "\x80.gsc", "gone", "a file", "check it");
+    CHECK(error.subject() == "\xef\xbf\xbd.gsc");
+    CHECK(std::string(error.what()) == "\xef\xbf\xbd.gsc: gone, expected a file; check it");
+}
+
+TEST_CASE("an error has four parts and names settings")
+{
+    const Error error =
+        Error(ErrorCode::Io, "a/b", "gone (why, so)", "a file; or two", "check it").with({Setting::Overwrite});
+    CHECK(error.code() == ErrorCode::Io);
+    CHECK(error.found() == "gone (why, so)");
+    CHECK(error.expected() == "a file; or two");
+    CHECK(error.remedy() == "check it");
+    const Error other = error.about("c");
+    CHECK(other.code() == ErrorCode::Io);
+    CHECK(other.settings() == std::vector<Setting>{Setting::Overwrite});
+    CHECK(std::string(other.what()) == "c: gone (why, so), expected a file; or two; check it");
+    CHECK(other.what() == "c: " + other.withoutSubject());
+    const Error bug = internalError("display", "a picture is nowhere", "it inside");
+    CHECK(bug.code() == ErrorCode::Internal);
+    CHECK(std::string(bug.what()) ==
+          "display: a picture is nowhere, expected it inside; this is a bug, please report it");
 }
 
 TEST_CASE("MappedFile maps what is there and refuses what is no file")

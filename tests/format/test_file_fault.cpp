@@ -50,8 +50,8 @@ TEST_CASE("a mapped file that is cut short ends the program with its name, on an
           Form{true, true, STDERR_FILENO, R"({"event":"error","message":")", quoted, remedy + "\"}\n"},
           Form{true, true, STDOUT_FILENO, R"({"schema": "gsc.error/1", "code": "Io", "exit_code": 2, "message": ")",
                quoted,
-               R"(", "found": ")" + message + R"(", "expected": "a file that stays as it is", "remedy": ")" + remedy +
-                   "\"}\n"}}) {
+               R"(", "subject": ")" + dir.path().string() + quoted.substr(0, quoted.find(": ")) + R"(", "found": ")" +
+                   message + R"(", "expected": "a file that stays as it is", "remedy": ")" + remedy + "\"}\n"}}) {
         std::ofstream(path) << std::string(1'000'000, 'x');
         std::string printed;
         const int code = inChild(

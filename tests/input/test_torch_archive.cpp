@@ -28,7 +28,7 @@ const NamedTensor& tensor(const TorchArchive& archive, const std::string& name)
     for (const NamedTensor& candidate : archive.tensors)
         if (candidate.name == name)
             return candidate;
-    throw Error(ErrorCode::Internal, name + ": no such tensor");
+    throw Error(ErrorCode::Internal, name, "no such tensor", "one", "mend the test");
 }
 
 void checkLayers(const TorchArchive& archive, const std::string& prefix, const Mlp& mlp)

@@ -98,7 +98,7 @@ TEST_CASE("reuse: what a GPU does not do is refused, and the renderer goes on")
     for (const Tier tier : {Tier::Fast, Tier::Exact}) {
         options = with(ReusePolicy::Error);
         options.tier = tier;
-        CHECK(refusal(options).find("--detail") != std::string::npos);
+        CHECK(refusal(options).find("draw with a detail") != std::string::npos);
     }
     CHECK(refusal(with(ReusePolicy::Depth)).empty());
 }

@@ -156,7 +156,7 @@ TEST_CASE("service: a pose that one of its GPUs would not draw is refused as it 
     workers.devices.insert(workers.devices.begin(), DeviceId{"cpu"});
     RendererService service(model.view(), workers);
     const PoseRequest pose{.eyes = walk(0, 1), .options = with(ReusePolicy::Error)};
-    CHECK_THROWS_WITH_AS(service.submit(pose), doctest::Contains("--detail"), Error);
+    CHECK_THROWS_WITH_AS(service.submit(pose), doctest::Contains("draw with a detail"), Error);
 }
 
 TEST_CASE("service: a bridge brings columns of a picture to their place and leaves the others")

@@ -89,7 +89,7 @@ int dump(const std::string& model_path, const std::string& cameras, const std::s
     const std::vector<Camera> all = readCameraFile(cameras);
     const auto camera = std::find_if(all.begin(), all.end(), [&](const Camera& c) { return c.name == view_name; });
     if (camera == all.end())
-        throw Error(ErrorCode::Usage, cameras + ": has no camera " + view_name);
+        throw Error(ErrorCode::Usage, cameras, "has no camera " + view_name, "one", "name one that it has");
     const EyeParams eye = eyeParams(*camera, scene->view().origin);
     const int appearance = scene->appearanceRows().empty() ? -1 : scene->appearanceRow(row);
     const std::map<uint32_t, Place> places = placesBySource(model);

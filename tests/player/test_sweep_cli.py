@@ -394,7 +394,7 @@ class SweepTest(unittest.TestCase):
         check_schema("run", json.loads(run.stdout))
         self.assertIn("walk", run.stderr)
         self.assertFalse((self.folder / "-").exists())
-        self.assertIn("--format json", self.sweep("--format", "json", code=1).stderr)
+        self.assertIn("(--format)", self.sweep("--format", "json", code=1).stderr)
 
     def test_interrupt_leaves_whole_rows(self) -> None:
         (self.folder / "c/paths/second.json").write_text(trajectory(20))

@@ -249,7 +249,7 @@ TEST_CASE("submit does not wait, a wait may end before the frame, and what drawi
     FrameThread thread([&](const EyeParams*, uint32_t eye_count, const FrameOptions& options, float* const* images,
                            FrameResult& result, const DepthRows<float>*) {
         if (options.appearance == 1)
-            throw Error(ErrorCode::OutOfMemory, "too little");
+            throw Error(ErrorCode::OutOfMemory, "frame", "too little memory", "more", "draw less");
         go.acquire();
         CHECK(eye_count == 1);
         CHECK(images[0] == nullptr);
@@ -267,7 +267,7 @@ TEST_CASE("submit does not wait, a wait may end before the frame, and what drawi
     constexpr auto ever = std::chrono::nanoseconds::max();
     CHECK(thread.wait(first, result, ever) == FrameState::Done);
     CHECK(result.passes == 7);
-    CHECK_THROWS_WITH_AS(thread.wait(second, result, ever), "too little", Error);
+    CHECK_THROWS_WITH_AS(thread.wait(second, result, ever), "frame: too little memory, expected more; draw less", Error);
     CHECK_THROWS_AS(thread.wait(second, result, ever), Error); // it has ended
     (void)thread.submit(request);
     thread.clear();
@@ -287,13 +287,16 @@ TEST_CASE("a device has one name; the CPU does what a better device cannot, wher
     const auto opened = [](const DeviceId& asked, const DeviceId& taken, ErrorCode code) {
         std::vector<std::string> passed_over;
         const DeviceId by = orOnCpu(
-            asked, taken, [&](const DeviceId& on) { return on.backend == "cpu" ? on : throw Error(code, "too large"); },
+            asked, taken,
+            [&](const DeviceId& on) {
+                return on.backend == "cpu" ? on : throw Error(code, "model", "too large", "a smaller one", "draw less");
+            },
             [&](const std::string& why) { passed_over.push_back(why); });
         CHECK(by == DeviceId{"cpu"});
         return passed_over;
     };
     for (const ErrorCode code : {ErrorCode::OutOfMemory, ErrorCode::Unsupported, ErrorCode::Device}) {
-        CHECK(opened({}, {"cuda", 0}, code) == std::vector<std::string>{"backend cuda:0 is passed over: too large"});
+        CHECK(opened({}, {"cuda", 0}, code) == std::vector<std::string>{"backend cuda:0 is passed over: model: too large, expected a smaller one; draw less"});
         CHECK_THROWS_AS(opened({"cuda", 0}, {"cuda", 0}, code), Error); // it is what was asked for
         CHECK_THROWS_AS(opened({}, {"cpu"}, code), Error);              // has failed already
     }

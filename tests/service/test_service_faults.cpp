@@ -178,7 +178,7 @@ TEST_CASE("what no worker can draw fails for a caller that waits for it already,
                 if (call != fails || !is_bad)
                     return;
                 std::this_thread::sleep_for(50ms); // the caller waits by now
-                throw Error(ErrorCode::Unsupported, "frame: not by this backend, expected another; take that");
+                throw Error(ErrorCode::Unsupported, "frame", "not by this backend", "another", "take that");
             });
         };
         RendererService service(model.view(), options);
@@ -241,7 +241,7 @@ TEST_CASE("where the first worker cannot be made another draws, also one that re
     std::atomic<int> made = 0;
     options.make = [&](const DeviceId& device, const RendererOptions& limits) {
         if (made++ == 0)
-            throw Error(ErrorCode::OutOfMemory, "device: no memory, expected some; take less");
+            throw Error(ErrorCode::OutOfMemory, "device", "no memory", "some", "take less");
         return makeRenderer(device, limits);
     };
     RendererService service(model.view(), options);
@@ -264,12 +264,12 @@ TEST_CASE("a service whose workers cannot be made says why, and one that is ther
     options.make = [&](const DeviceId& device, const RendererOptions& limits) {
         const std::lock_guard lock(mutex);
         if (std::exchange(first, false))
-            throw Error(ErrorCode::OutOfMemory, "device: no memory, expected some; take less");
+            throw Error(ErrorCode::OutOfMemory, "device", "no memory", "some", "take less");
         return makeRenderer(device, limits);
     };
     CHECK_NOTHROW(RendererService(model.view(), options));
     options.make = [](const DeviceId&, const RendererOptions&) -> std::unique_ptr<Renderer> {
-        throw Error(ErrorCode::OutOfMemory, "device: no memory, expected some; take less");
+        throw Error(ErrorCode::OutOfMemory, "device", "no memory", "some", "take less");
     };
     CHECK_THROWS_AS(RendererService(model.view(), options), Error);
     options.make = {};

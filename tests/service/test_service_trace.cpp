@@ -77,7 +77,7 @@ Error errorOf(const OrderedJson& json)
     } catch (const Error& error) {
         return error;
     }
-    return Error(ErrorCode::Ok, "");
+    return Error(ErrorCode::Ok, "trace", "no error", "one", "mend the test");
 }
 
 } // namespace

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cli/reporter.h"
+#include "runtime/cli/setting_words.h"
 #include "runtime/cli/stage_progress.h"
 #include "runtime/cli/tool.h"
 #include "tests/format/in_child.h"
 
+#include <CLI/CLI.hpp>
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -92,17 +94,28 @@ TEST_CASE("progress on a terminal is a bar that is redrawn, not one for every st
     CHECK(text.ends_with("s\n"));
 }
 
-TEST_CASE("an error's parts are told apart where it has them")
+TEST_CASE("an error's parts are told apart")
 {
-    const OrderedJson whole = errorJson(ErrorCode::Io, "a/b: gone (why, so), expected a file; check it; or not");
+    const OrderedJson whole = errorJson({ErrorCode::Io, "a/b", "gone (why, so)", "a file", "check it; or not"});
+    CHECK(whole["message"] == "a/b: gone (why, so), expected a file; check it; or not");
+    CHECK(whole["subject"] == "a/b");
     CHECK(whole["code"] == "Io");
     CHECK(whole["exit_code"] == 2);
     CHECK(whole["found"] == "gone (why, so)");
     CHECK(whole["expected"] == "a file");
     CHECK(whole["remedy"] == "check it; or not");
-    for (const char* message : {"plain", "a: b", "a: b, expected c", ", expected c; d", ""}) {
-        const OrderedJson part = errorJson(ErrorCode::Internal, message);
-        CHECK(part["message"] == message);
-        CHECK(part["found"].is_null());
-    }
+}
+
+TEST_CASE("a command names its own options for an error's settings")
+{
+    const Error error = Error(ErrorCode::OutOfMemory, "cuda", "no room", "some", "draw less")
+                            .with({Setting::DeviceMemory, Setting::ImageSize, Setting::CpuBackend});
+    CHECK(withOptions(error, nullptr).remedy() == "draw less (--vram-budget, --size or --backend cpu)");
+    CLI::App command;
+    bool unused = false;
+    command.add_flag("--size", unused);
+    CHECK(withOptions(error, &command).remedy() == "draw less (--size)");
+    const Error lists =
+        Error(ErrorCode::Usage, "device 7", "is not there", "another", "see the list").with({Setting::DeviceList});
+    CHECK(withOptions(lists, &command).remedy() == "see the list (gsc-play backends)");
 }

@@ -149,7 +149,7 @@ bool MemorySource::next(AnchorBatch& batch, uint32_t fields, size_t max_rows)
     // odd sizes, so that batches never coincide with chunks or groups
     const size_t count = size_t(std::min<uint64_t>({total - m_next, max_rows, 37}));
     if (passes_before_failure == 0 && m_next + count > fail_at)
-        throw Error(ErrorCode::Io, "memory: the source broke, expected more rows");
+        throw Error(ErrorCode::Io, "memory", "the source broke", "more rows", "mend it");
     if (passes_before_failure == 0 && m_next + count > interrupt_at)
         std::raise(SIGINT);
     if (count == 0 && passes_before_failure > 0)

@@ -242,7 +242,7 @@ TEST_CASE("a source that is shorter than it said, fails or changes leaves no fil
             MemorySource broken(model);
             broken.fail_at = row;
             broken.passes_before_failure = passes;
-            CHECK(failToBake(model, broken, ErrorCode::Io) == "memory: the source broke, expected more rows");
+            CHECK(failToBake(model, broken, ErrorCode::Io) == "memory: the source broke, expected more rows; mend it");
         }
 }
 
@@ -273,7 +273,7 @@ TEST_CASE("an existing file is kept unless overwriting was asked for")
         CHECK(path != options.output);
         openWritten(path);
         CHECK(std::filesystem::file_size(options.output) == 8);
-        throw Error(ErrorCode::Internal, "found to differ");
+        throw Error(ErrorCode::Internal, "file", "found to differ", "the same", "write it again");
     };
     CHECK_THROWS_AS(writeGscFrom(model.checkpoint, source, options, {}), Error);
     CHECK(std::filesystem::file_size(options.output) == 8);

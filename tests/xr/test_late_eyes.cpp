@@ -41,7 +41,7 @@ public:
         if (goes_on)
             goes_on->wait();
         if (fails)
-            throw Error(ErrorCode::Device, "headset: gone");
+            throw Error(ErrorCode::Device, "headset", "gone", "it to stay", "start again");
         if (tracked) {
             eyes.assign(2, kEye);
             eyes[0].pose.position.x = double(time);

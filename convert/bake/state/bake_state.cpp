@@ -66,16 +66,14 @@ std::span<const std::byte> bytesOf(const T& value)
 
 [[noreturn]] void failInUse(const std::string& path)
 {
-    throw Error(ErrorCode::Io, path +
-                                   ": another bake uses it, expected one at a time; wait for that one, or pass another "
-                                   "--resume FILE");
+    throw Error(ErrorCode::Io, path, "another bake uses it", "one at a time",
+                "wait for that one, or pass another --resume FILE");
 }
 
 [[noreturn]] void failState(const std::string& path, const char* found)
 {
-    throw Error(ErrorCode::InvalidFile, path + ": " + found +
-                                            ", expected what gsc bake --resume left there; pass another name, or "
-                                            "remove it to begin anew");
+    throw Error(ErrorCode::InvalidFile, path, found, "what gsc bake --resume left there",
+                "pass another name, or remove it to begin anew");
 }
 
 void readAt(const std::string& path, int fd, uint64_t offset, std::span<std::byte> bytes)
@@ -85,9 +83,8 @@ void readAt(const std::string& path, int fd, uint64_t offset, std::span<std::byt
         if (done < 0 && errno == EINTR)
             continue;
         if (done < 0)
-            throw Error(ErrorCode::Io, formatString("%s: cannot be read (%s), expected the state of a bake; pass "
-                                                    "another --resume FILE",
-                                                    path.c_str(), std::strerror(errno)));
+            throw Error(ErrorCode::Io, path, formatString("cannot be read (%s)", std::strerror(errno)),
+                        "the state of a bake", "pass another --resume FILE");
         if (done == 0)
             failState(path, "is damaged: it ends too early");
         bytes = bytes.subspan(size_t(done));
@@ -109,9 +106,8 @@ Descriptor openState(const std::string& path, uint64_t& size, int more = 0)
     if (file.fd < 0 && errno == ENOENT && more == 0)
         return file;
     if (file.fd < 0 || ::fstat(file.fd, &info) != 0)
-        throw Error(ErrorCode::Io, formatString("%s: cannot be opened (%s), expected the state of a bake; pass another "
-                                                "--resume FILE",
-                                                path.c_str(), std::strerror(errno)));
+        throw Error(ErrorCode::Io, path, formatString("cannot be opened (%s)", std::strerror(errno)),
+                    "the state of a bake", "pass another --resume FILE");
     size = uint64_t(info.st_size);
     return file;
 }
@@ -227,10 +223,10 @@ void BakeState::open()
     if (header.checksum != checksumOf(header, facts))
         failState(m_path, "is damaged: the checksum of its header is another");
     if (const auto [is, wanted] = difference(facts, m_facts); is != wanted)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: is of another bake (%.*s), expected one of the same (%.*s); pass what it began "
-                                 "with or another --resume FILE, or remove it to begin anew",
-                                 m_path.c_str(), int(is.size()), is.data(), int(wanted.size()), wanted.data()));
+        throw Error(ErrorCode::InvalidFile, m_path,
+                    formatString("is of another bake (%.*s)", int(is.size()), is.data()),
+                    formatString("one of the same (%.*s)", int(wanted.size()), wanted.data()),
+                    "pass what it began with or another --resume FILE, or remove it to begin anew");
     m_arrays = sizeof(header) + header.facts_bytes;
     const uint64_t arrays = bytesOfArrays(header.anchors, header.slots) + sizeof(uint64_t);
     if (header.most_poses != m_most_poses || header.poses == 0 || header.slots > size || header.anchors > size)

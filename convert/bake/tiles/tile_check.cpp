@@ -47,10 +47,9 @@ public:
 private:
     [[noreturn]] void fail(const std::string& field, const std::string& found, const std::string& expected) const
     {
-        throw Error(ErrorCode::Difference,
-                    formatString("%s: %s is %s, expected %s as in %s; only tiles of one model can be joined, nothing "
-                                 "was written",
-                                 m_b_name.c_str(), field.c_str(), found.c_str(), expected.c_str(), m_a_name.c_str()));
+        throw Error(ErrorCode::Difference, m_b_name, formatString("%s is %s", field.c_str(), found.c_str()),
+                    formatString("%s as in %s", expected.c_str(), m_a_name.c_str()),
+                    "only tiles of one model can be joined, nothing was written");
     }
 
     void number(const char* field, double a, double b) const

@@ -107,11 +107,10 @@ private:
                 least[axis] = std::min(least[axis], view.params->bounds_min[axis]);
                 most[axis] = std::max(most[axis], view.params->bounds_max[axis]);
             }
-        throw Error(ErrorCode::Usage,
-                    formatString("--crop: no anchor of %s lies in the box, expected one or more of those between "
-                                 "%.9g,%.9g,%.9g and %.9g,%.9g,%.9g; pass a box that meets these",
-                                 m_options.names[0].c_str(), double(least[0]), double(least[1]), double(least[2]),
-                                 double(most[0]), double(most[1]), double(most[2])));
+        throw Error(ErrorCode::Usage, "--crop", "no anchor of " + m_options.names[0] + " lies in the box",
+                    formatString("one or more of those between %.9g,%.9g,%.9g and %.9g,%.9g,%.9g", double(least[0]),
+                                 double(least[1]), double(least[2]), double(most[0]), double(most[1]), double(most[2])),
+                    "pass a box that meets these");
     }
 
     [[nodiscard]] uint32_t rowOf(const AnchorPlace& place) const
@@ -149,10 +148,10 @@ private:
 
     [[noreturn]] void throwShared(uint32_t row, uint32_t a, uint32_t b) const
     {
-        throw Error(ErrorCode::Difference,
-                    formatString("%s: row %u of the model that it was cut from is in %s too, expected tiles that share "
-                                 "no anchor; cut them with boxes that do not overlap, nothing was written",
-                                 m_options.names[b].c_str(), row, m_options.names[a].c_str()));
+        throw Error(
+            ErrorCode::Difference, m_options.names[b],
+            formatString("row %u of the model that it was cut from is in %s too", row, m_options.names[a].c_str()),
+            "tiles that share no anchor", "cut them with boxes that do not overlap, nothing was written");
     }
 
     // Cameras of the first file, then those that others have besides.

@@ -41,8 +41,8 @@ CurveRow parsedRow(std::string_view line, const std::string& where)
     CurveRow row;
     record.field("schema", row.schema, kText);
     if (row.schema.starts_with("gsc.curve/") && row.schema != "gsc.curve/1")
-        throw Error(ErrorCode::Unsupported, where + ": schema is " + row.schema +
-                                                ", expected gsc.curve/1; use the gsc of the program that wrote it");
+        throw Error(ErrorCode::Unsupported, where, "schema is " + row.schema, "gsc.curve/1",
+                    "use the gsc of the program that wrote it");
     record.check("schema", row.schema == "gsc.curve/1", "gsc.curve/1");
     describe(record, row);
     return row;
@@ -94,15 +94,11 @@ void addCurves(std::string_view text, const std::string& path, std::vector<Chart
         const auto found = std::ranges::find_if(curves, isOf);
         ChartCurve& curve = found == curves.end() ? curves.emplace_back() : *found;
         if (curve.rows.empty() && row.target_psnr >= 0)
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: %s at %g dB, expected a line of the model itself, without "
-                                     "a target, before it; write the curve again",
-                                     where.c_str(), row.model.c_str(), row.target_psnr));
+            throw Error(ErrorCode::InvalidFile, where, formatString("%s at %g dB", row.model.c_str(), row.target_psnr),
+                        "a line of the model itself, without a target, before it", "write the curve again");
         if (std::ranges::find(curve.rows, row.target_psnr, &CurveRow::target_psnr) != curve.rows.end())
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: %s has such a line already, expected each target once; "
-                                     "pass each file once",
-                                     where.c_str(), row.model.c_str()));
+            throw Error(ErrorCode::InvalidFile, where, row.model + " has such a line already", "each target once",
+                        "pass each file once");
         curve.rows.push_back(std::move(row));
     });
 }

@@ -23,8 +23,7 @@ OrderedJson rowOf(std::string_view line, const std::string& where, const char* e
 {
     ParsedRow parsed = parseRow(line);
     if (parsed.state != ParsedRow::State::Whole)
-        throw Error(ErrorCode::InvalidFile,
-                    where + ": " + parsed.fault + ", expected " + expected + "; remove the line or run it again");
+        throw Error(ErrorCode::InvalidFile, where, parsed.fault, expected, "remove the line or run it again");
     return std::move(parsed.json);
 }
 

@@ -86,8 +86,8 @@ std::optional<ChartRun> parseRunLine(std::string_view line, const std::string& w
         return std::nullopt;
     }
     if (schema != "gsc.run/1")
-        throw Error(ErrorCode::Unsupported,
-                    where + ": schema is " + schema + ", expected gsc.run/1; use the gsc of the program that wrote it");
+        throw Error(ErrorCode::Unsupported, where, "schema is " + schema, "gsc.run/1",
+                    "use the gsc of the program that wrote it");
     ChartRun run;
     describe(record, run);
     run.least_ms = run.most_ms = run.ms.wall.median;

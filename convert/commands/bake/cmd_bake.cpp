@@ -46,8 +46,8 @@ uint32_t leversOf(const std::vector<std::string>& lists)
         for (const std::string& word : partsOf(list)) {
             const auto found = std::ranges::find(levers_named, word);
             if (found == levers_named.end())
-                throw Error(ErrorCode::Usage, "--levers " + word + ": not a lever, expected some of " + names +
-                                                  "; correct it or leave it out");
+                throw Error(ErrorCode::Usage, "--levers " + word, "not a lever", "some of " + names,
+                            "correct it or leave it out");
             levers |= 1u << (found - levers_named.begin());
         }
     return levers;
@@ -88,9 +88,8 @@ std::vector<double> parseTargets(const std::string& name, const std::string& tex
     for (const std::string& part : partsOf(text)) {
         const double target = detail::number(name, part, kTargets, " dB");
         if (std::ranges::find(targets, target) != targets.end())
-            throw Error(ErrorCode::Usage,
-                        formatString("%s %s: %g dB is there twice, expected each target once; leave one out",
-                                     name.c_str(), text.c_str(), target));
+            throw Error(ErrorCode::Usage, formatString("%s %s", name.c_str(), text.c_str()),
+                        formatString("%g dB is there twice", target), "each target once", "leave one out");
         targets.push_back(target);
     }
     return targets;
@@ -110,10 +109,8 @@ void refuseWithoutTarget(const BakeCommand& command)
                               : !bake.resume.empty()                               ? "--resume"
                                                                                    : nullptr;
     if (given != nullptr)
-        throw Error(ErrorCode::Usage, formatString("%s: given without --target-psnr, expected no such option where "
-                                                   "files are cut or joined as they are; pass the target or leave it "
-                                                   "out",
-                                                   given));
+        throw Error(ErrorCode::Usage, given, "given without --target-psnr",
+                    "no such option where files are cut or joined as they are", "pass the target or leave it out");
 }
 
 // Where files lie that only this run reads: made when the first is asked for.
@@ -245,10 +242,10 @@ ErrorCode runAsked(const BakeCommand& given, Reporter& report)
         options.min_view_psnr = command.min_view;
     const bool curve = !command.curve.empty();
     if (options.min_view_psnr && !options.target_psnr && !curve)
-        throw Error(ErrorCode::Usage, "--min-view-psnr: given alone, expected --target-psnr beside it; pass that too");
+        throw Error(ErrorCode::Usage, "--min-view-psnr", "given alone", "--target-psnr beside it", "pass that too");
     if (curve && (options.target_psnr || options.min_view_psnr || options.max_bytes > 0))
-        throw Error(ErrorCode::Usage, "--curve: given with a target or a bound, expected its own targets alone; leave "
-                                      "out --target-psnr, --min-view-psnr and --max-bytes");
+        throw Error(ErrorCode::Usage, "--curve", "given with a target or a bound", "its own targets alone",
+                    "leave out --target-psnr, --min-view-psnr and --max-bytes");
     std::vector<NamedPath> inputs;
     for (const std::string& input : command.inputs)
         inputs.push_back({input, "INPUT"});
@@ -293,10 +290,8 @@ ErrorCode runBake(const BakeCommand& given, Reporter& report)
         std::error_code none;
         if (error.code() != ErrorCode::Interrupted || state.empty() || !std::filesystem::exists(state, none))
             throw;
-        throw Error(ErrorCode::Interrupted,
-                    "interrupted: stopped early, expected to run to the end; run the same command again, which goes on "
-                    "from " +
-                        state + " (nothing else was written)");
+        throw Error(ErrorCode::Interrupted, "interrupted", "stopped early", "to run to the end",
+                    "run the same command again, which goes on from " + state + " (nothing else was written)");
     }
 }
 

@@ -60,19 +60,16 @@ void refuseIdle(const ExportOptions& options)
                        : gaussians.memory_budget > 0 ? "memory-budget"
                                                      : nullptr;
     if (options.spz_version > 0 && options.to != ExportForm::Spz)
-        throw Error(ErrorCode::Usage, formatString("--spz-version %d: only SPZ has that version, expected it with --to "
-                                                   "spz; leave it out",
-                                                   options.spz_version));
+        throw Error(ErrorCode::Usage, formatString("--spz-version %d", options.spz_version),
+                    "only SPZ has that version", "it with --to spz", "leave it out");
     if (gaussians.lod && options.to != ExportForm::Sog)
-        throw Error(ErrorCode::Usage, "--lod: only SOG is streamed, expected it with --to sog; leave it out");
+        throw Error(ErrorCode::Usage, "--lod", "only SOG is streamed", "it with --to sog", "leave it out");
     if (isGrid(options.to) && idle != nullptr)
-        throw Error(ErrorCode::Usage, formatString("--%s: grids hold no Gaussians, expected it with --to ply, spz, glb "
-                                                   "or sog; leave it out",
-                                                   idle));
+        throw Error(ErrorCode::Usage, formatString("--%s", idle), "grids hold no Gaussians",
+                    "it with --to ply, spz, glb or sog", "leave it out");
     if (!gaussians.at.empty() && options.degree > 0)
-        throw Error(ErrorCode::Usage, formatString("--sh %d: what one camera sees has colours of degree 0, expected no "
-                                                   "other with --at; leave one of them out",
-                                                   options.degree));
+        throw Error(ErrorCode::Usage, formatString("--sh %d", options.degree),
+                    "what one camera sees has colours of degree 0", "no other with --at", "leave one of them out");
 }
 
 std::string writtenText(const ExportOptions& options, uint64_t bytes)
@@ -183,9 +180,9 @@ ErrorCode runExport(const ExportOptions& given, Reporter& report)
     ExportOptions options = given;
     GaussianExportOptions& common = options.gaussians;
     if (options.page.empty() && options.to == ExportForm::Page)
-        throw Error(ErrorCode::Usage, "--to: not given, expected a form, or --html FILE.html; see gsc export --help");
+        throw Error(ErrorCode::Usage, "--to", "not given", "a form, or --html FILE.html", "see gsc export --help");
     if (options.page.empty() && common.output.empty())
-        throw Error(ErrorCode::Usage, "--output: not given, expected -o FILE; see gsc export --help");
+        throw Error(ErrorCode::Usage, "--output", "not given", "-o FILE", "see gsc export --help");
     if (!options.page.empty())
         common.output = options.page;
     refuseIdle(options);

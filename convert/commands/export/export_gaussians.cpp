@@ -35,17 +35,16 @@ size_t cameraNumber(const std::vector<Camera>& cameras, const std::string& at)
         if (cameras[i].name == at && named++ == 0)
             number = i;
     if (named > 1)
-        throw Error(ErrorCode::Usage, formatString("--at %s: %zu cameras are called so, expected one; pass its number, "
-                                                   "from 0 to %zu (the first is %zu)",
-                                                   at.c_str(), named, cameras.size() - 1, number));
+        throw Error(ErrorCode::Usage, "--at " + at, formatString("%zu cameras are called so", named), "one",
+                    formatString("pass its number, from 0 to %zu (the first is %zu)", cameras.size() - 1, number));
     if (named == 1)
         return number;
     const auto [end, fault] = std::from_chars(at.data(), at.data() + at.size(), number);
     if (fault != std::errc() || end != at.data() + at.size() || number >= cameras.size())
-        throw Error(ErrorCode::Usage,
-                    formatString("--at %s: no such camera, expected a name (the first is %s) or a number "
-                                 "from 0 to %zu; choose one of them",
-                                 at.c_str(), cameras[0].name.c_str(), cameras.size() - 1));
+        throw Error(ErrorCode::Usage, "--at " + at, "no such camera",
+                    formatString("a name (the first is %s) or a number from 0 to %zu", cameras[0].name.c_str(),
+                                 cameras.size() - 1),
+                    "choose one of them");
     return number;
 }
 
@@ -57,8 +56,8 @@ std::vector<Camera> camerasOf(const Scene& scene, const GaussianExportOptions& o
     for (const std::string& text : warnings)
         report.warning(text);
     if (cameras.empty())
-        throw Error(ErrorCode::Usage, options.file + ": no camera stored, expected some to fit colours over; pass a "
-                                                     "camera file with --cameras");
+        throw Error(ErrorCode::Usage, options.file, "no camera stored", "some to fit colours over",
+                    "pass a camera file with --cameras");
     return cameras;
 }
 
@@ -242,11 +241,12 @@ public:
         if (whole && count * each <= m_budget && keep(part))
             return;
         if (m_output == nullptr)
-            throw Error(ErrorCode::OutOfMemory,
-                        formatString("export: more than %llu Gaussians, expected as many as memory holds; choose %s, a "
-                                     "lower --sh, fewer cameras with --cameras, or a smaller model (gsc bake)",
-                                     (unsigned long long)(m_budget / each),
-                                     m_is_ply ? "no --max-gaussians" : "--to ply"));
+            throw Error(
+                ErrorCode::OutOfMemory, "export",
+                formatString("more than %llu Gaussians", (unsigned long long)(m_budget / each)),
+                "as many as memory holds",
+                formatString("choose %s, a lower --sh, fewer cameras with --cameras, or a smaller model (gsc bake)",
+                             m_is_ply ? "no --max-gaussians" : "--to ply"));
         whole = false;
         set = {};
     }
@@ -380,8 +380,8 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
             report.progress("fit", done, all);
         });
     if (gathering.count == 0)
-        throw Error(ErrorCode::Usage, options.file + ": none of the cameras shows a Gaussian, expected some; pass "
-                                                     "cameras that look at the model with --cameras");
+        throw Error(ErrorCode::Usage, options.file, "none of the cameras shows a Gaussian", "some",
+                    "pass cameras that look at the model with --cameras");
     GaussianSet set = std::move(gathering.set);
     GaussianExport result;
     result.fitted = gathering.count;

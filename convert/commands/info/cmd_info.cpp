@@ -201,8 +201,8 @@ ErrorCode runInfo(const InfoOptions& options, Reporter& report)
         openGscSummary(file.bytes(), view, sink);
     ParsedRow parsed = parseRow(view.manifest); // with limits: a manifest may be anybody's
     if (parsed.state != ParsedRow::State::Whole)
-        throw Error(ErrorCode::InvalidFile, path + ": META " + parsed.fault +
-                                                ", expected the manifest; gsc validate lists everything wrong with it");
+        throw Error(ErrorCode::InvalidFile, path, "META " + parsed.fault, "the manifest",
+                    "gsc validate lists everything wrong with it");
     const Json manifest = std::move(parsed.json);
     if (!report.json()) {
         report.text(options.at ? atText(path, view, *options.at) : infoText(path, file, view, manifest));

@@ -136,13 +136,13 @@ GaussianSet readStreamedSog(const NamedFileReader& read, size_t level, const std
                    readSogMembers([&](const std::string& member) { return read(folder + member); }, name + "/" + path));
         }
         if (all.size() != meta.at("counts").at(level).get<size_t>())
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: %zu Gaussians in the chunks of level %zu, expected %s; export it again",
-                                     name.c_str(), all.size(), level, meta["counts"][level].dump().c_str()));
+            throw Error(ErrorCode::InvalidFile, name,
+                        formatString("%zu Gaussians in the chunks of level %zu", all.size(), level),
+                        meta["counts"][level].dump(), "export it again");
         return all;
     } catch (const Json::exception& fault) {
-        throw Error(ErrorCode::InvalidFile, name + ": " + kLodMetaName + " lacks something (" + fault.what() +
-                                                "), expected version 1 of the format; export it again");
+        throw Error(ErrorCode::InvalidFile, name, std::string(kLodMetaName) + " lacks something (" + fault.what() + ")",
+                    "version 1 of the format", "export it again");
     }
 }
 

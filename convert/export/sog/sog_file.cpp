@@ -121,9 +121,8 @@ public:
         m_width = uint32_t(std::ceil(std::sqrt(double(set.size())) / 4) * 4);
         m_height = uint32_t((set.size() + m_width - 1) / m_width);
         if (m_width > kMostWebpPixels)
-            throw Error(ErrorCode::Unsupported,
-                        formatString("sog: %zu Gaussians, expected at most %u squared; choose --max-gaussians",
-                                     set.size(), kMostWebpPixels));
+            throw Error(ErrorCode::Unsupported, "sog", formatString("%zu Gaussians", set.size()),
+                        formatString("at most %u squared", kMostWebpPixels), "choose --max-gaussians");
     }
 
     SogMembers make(size_t most_palette, int threads)
@@ -243,7 +242,7 @@ public:
                              reinterpret_cast<const char*>(text.data()) + text.size());
         m_count = m_meta.at("count").get<size_t>();
         if (m_meta.at("version") != 2)
-            fail("version of meta.json is " + m_meta["version"].dump() + ", expected 2");
+            fail("version of meta.json is " + m_meta["version"].dump(), "2");
     }
 
     GaussianSet read()
@@ -251,7 +250,7 @@ public:
         GaussianSet set;
         set.degree = m_meta.contains("shN") ? m_meta["shN"].at("bands").get<int>() : 0;
         if (set.degree < 0 || set.degree > kMostShDegree)
-            fail(formatString("degree %d, expected 0 to 3", set.degree));
+            fail(formatString("degree %d", set.degree), "0 to 3");
         const ByteImage low = image("means", 0), high = image("means", 1), sizes = image("scales", 0),
                         rotations = image("quats", 0), colors = image("sh0", 0);
         const auto least = m_meta["means"].at("mins").get<std::array<float, 3>>(),
@@ -277,9 +276,9 @@ public:
     }
 
 private:
-    [[noreturn]] void fail(const std::string& text) const
+    [[noreturn]] void fail(const std::string& found, const std::string& expected) const
     {
-        throw Error(ErrorCode::InvalidFile, m_name + ": " + text + "; export it again");
+        throw Error(ErrorCode::InvalidFile, m_name, found, expected, "export it again");
     }
 
     ByteImage image(const char* key, size_t which, size_t pixels)
@@ -287,8 +286,8 @@ private:
         const std::string member = m_meta.at(key).at("files").at(which).get<std::string>();
         ByteImage read = decodeWebp(m_read(member), m_name + ": " + member);
         if (size_t(read.width) * read.height < pixels)
-            fail(formatString("%s has %u x %u pixels, expected at least %zu", member.c_str(), read.width, read.height,
-                              pixels));
+            fail(formatString("%s has %u x %u pixels", member.c_str(), read.width, read.height),
+                 formatString("at least %zu", pixels));
         return read;
     }
     ByteImage image(const char* key, size_t which) { return image(key, which, m_count); }
@@ -303,13 +302,13 @@ private:
         const size_t values = set.colorValues(), rest = values - 3, each = rest / 3;
         const auto centers = m_meta["shN"].at("count").get<size_t>();
         if (centers > kMostPalette)
-            fail(formatString("a palette of %zu, expected at most %zu", centers, kMostPalette));
+            fail(formatString("a palette of %zu", centers), formatString("at most %zu", kMostPalette));
         const ByteImage palette = image("shN", 0, centers * each), labels = image("shN", 1);
         const auto codes = book("shN");
         for (size_t i = 0; i < m_count; ++i) {
             const size_t label = size_t(labels.pixel(i)[0]) | size_t(labels.pixel(i)[1]) << 8;
             if (label >= centers)
-                fail(formatString("label %zu of %zu, expected less", label, centers));
+                fail(formatString("label %zu of %zu", label, centers), "less");
             for (size_t k = 0; k < rest; ++k)
                 set.color[i * values + 3 + k] = codes[palette.pixel(label * each + k / 3)[k % 3]];
         }
@@ -336,8 +335,8 @@ GaussianSet readSogMembers(const std::function<std::vector<std::byte>(const std:
     try {
         return SogReader(read, name).read();
     } catch (const Json::exception& fault) {
-        throw Error(ErrorCode::InvalidFile, name + ": meta.json lacks something (" + fault.what() +
-                                                "), expected version 2 of the format; export it again");
+        throw Error(ErrorCode::InvalidFile, name, std::string("meta.json lacks something (") + fault.what() + ")",
+                    "version 2 of the format", "export it again");
     }
 }
 

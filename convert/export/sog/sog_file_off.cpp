@@ -8,8 +8,8 @@ namespace gsc {
 
 void requireSog()
 {
-    throw Error(ErrorCode::Unsupported,
-                "sog: this build lacks libwebp, expected it; install libwebp-dev and build again, or choose --to spz");
+    throw Error(ErrorCode::Unsupported, "sog", "this build lacks libwebp", "it",
+                "install libwebp-dev and build again, or choose --to spz");
 }
 
 void writeGaussianSog(const GaussianSet&, const PieceSink&, int)

@@ -34,8 +34,8 @@ std::vector<std::byte> encodeWebp(const ByteImage& image)
     bool good = WebPConfigInit(&config) != 0 && WebPConfigLosslessPreset(&config, kEffort) != 0 &&
                 WebPPictureInit(&picture) != 0;
     if (!good) // the library's major version is another than the header's
-        throw Error(ErrorCode::Unsupported,
-                    "libwebp: another version than this program was built with, expected the same; build it again");
+        throw Error(ErrorCode::Unsupported, "libwebp", "another version than this program was built with", "the same",
+                    "build it again");
     const std::unique_ptr<WebPPicture, void (*)(WebPPicture*)> free_picture(&picture, WebPPictureFree);
     config.exact = 1; // colours of transparent pixels count
     picture.use_argb = 1;
@@ -48,11 +48,9 @@ std::vector<std::byte> encodeWebp(const ByteImage& image)
            WebPEncode(&config, &picture) != 0;
     throwIfInterrupted();
     if (!good)
-        throw Error(
-            ErrorCode::OutOfMemory,
-            formatString("WebP image of %u x %u: not written (libwebp's error %d), expected memory for it; close "
-                         "other programs, or choose --max-gaussians",
-                         image.width, image.height, int(picture.error_code)));
+        throw Error(ErrorCode::OutOfMemory, formatString("WebP image of %u x %u", image.width, image.height),
+                    formatString("not written (libwebp's error %d)", int(picture.error_code)), "memory for it",
+                    "close other programs, or choose --max-gaussians");
     const auto* first = reinterpret_cast<const std::byte*>(writer.mem);
     return {first, first + writer.size};
 }
@@ -67,7 +65,7 @@ ByteImage decodeWebp(std::span<const std::byte> file, const std::string& name)
         if (WebPDecodeRGBAInto(bytes, file.size(), image.rgba.data(), image.rgba.size(), 4 * width) != nullptr)
             return image;
     }
-    throw Error(ErrorCode::InvalidFile, name + ": no WebP image, expected one; export it again");
+    throw Error(ErrorCode::InvalidFile, name, "no WebP image", "one", "export it again");
 }
 
 } // namespace gsc

@@ -33,14 +33,12 @@ std::vector<std::byte> zipBundle(const std::vector<std::pair<std::string, std::v
     for (const auto& member : members)
         bytes += member.second.size();
     if (bytes > kMostBytes)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("zip: %zu bytes, expected less than 2 GiB; choose a lower --sh "
-                                 "or --max-gaussians",
-                                 bytes));
+        throw Error(ErrorCode::Unsupported, "zip", formatString("%zu bytes", bytes), "less than 2 GiB",
+                    "choose a lower --sh or --max-gaussians");
     const auto check = [](bool good) {
         if (!good)
-            throw Error(ErrorCode::OutOfMemory,
-                        "zip: no memory, expected as much as the file takes; close other programs");
+            throw Error(ErrorCode::OutOfMemory, "zip", "no memory", "as much as the file takes",
+                        "close other programs");
     };
     // libzip writes into a buffer of its own, which it keeps for us after closing
     zip_source_t* const made = zip_source_buffer_create(nullptr, 0, 0, nullptr);

@@ -71,9 +71,8 @@ int fractionBits(const GaussianSet& set)
     while (bits >= 0 && std::ldexp(most, bits) > 8388606)
         --bits;
     if (bits < 0)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("spz: a Gaussian at %g from the origin, expected less than 8388606; choose --to ply",
-                                 double(most)));
+        throw Error(ErrorCode::Unsupported, "spz", formatString("a Gaussian at %g from the origin", double(most)),
+                    "less than 8388606", "choose --to ply");
     return bits;
 }
 
@@ -124,9 +123,8 @@ void packStream(const GaussianSet& set, int fraction, size_t stream, const ByteS
 void writeGaussianSpz(const GaussianSet& set, const PieceSink& write, int version)
 {
     if (set.size() > INT32_MAX)
-        throw Error(ErrorCode::Unsupported, formatString("spz: %zu Gaussians, expected fewer than 2^31; choose "
-                                                         "--max-gaussians",
-                                                         set.size()));
+        throw Error(ErrorCode::Unsupported, "spz", formatString("%zu Gaussians", set.size()), "fewer than 2^31",
+                    "choose --max-gaussians");
     const int fraction = fractionBits(set);
     const SpzHeader header{uint32_t(set.size()), uint8_t(set.degree), uint8_t(fraction)};
     (version == 4 ? writeSpz4 : writeSpz3)(

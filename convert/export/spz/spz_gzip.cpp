@@ -24,7 +24,7 @@ public:
     {
         constexpr int kGzip = 15 + 16, kLevel = 9, kMemory = 9;
         if (deflateInit2(&m_stream, kLevel, Z_DEFLATED, kGzip, kMemory, Z_DEFAULT_STRATEGY) != Z_OK)
-            throw Error(ErrorCode::OutOfMemory, "deflate: no memory, expected 300 KB; close other programs");
+            throw Error(ErrorCode::OutOfMemory, "deflate", "no memory", "300 KB", "close other programs");
     }
     ~Gzip() { deflateEnd(&m_stream); }
     Gzip(const Gzip&) = delete;
@@ -85,7 +85,7 @@ SpzContent readSpz3(std::span<const std::byte> file, const std::string& name)
 {
     z_stream stream{};
     if (inflateInit2(&stream, 15 + 16) != Z_OK)
-        throw Error(ErrorCode::OutOfMemory, name + ": no memory, expected 40 KB; close other programs");
+        throw Error(ErrorCode::OutOfMemory, name, "no memory", "40 KB", "close other programs");
     const std::unique_ptr<z_stream, int (*)(z_stream*)> guard(&stream, inflateEnd);
     std::vector<uint8_t> bytes, piece(kPieceBytes);
     int state = Z_OK;
@@ -106,16 +106,16 @@ SpzContent readSpz3(std::span<const std::byte> file, const std::string& name)
     if (state == Z_STREAM_END && bytes.size() >= kHeaderBytes)
         std::memcpy(words, bytes.data(), sizeof(words));
     if (words[0] != kSpzMagic || words[1] != kVersion || bytes[12] > kMostShDegree)
-        throw Error(ErrorCode::InvalidFile,
-                    name + ": no gzip stream with the header of SPZ version 3, expected one; export it again");
+        throw Error(ErrorCode::InvalidFile, name, "no gzip stream with the header of SPZ version 3", "one",
+                    "export it again");
     const SpzHeader header{words[2], bytes[12], bytes[13]};
     const std::array<uint64_t, kSpzStreams> sizes = spzStreamBytes(header);
     const uint64_t wanted = std::accumulate(sizes.begin(), sizes.end(), uint64_t(kHeaderBytes));
     if (bytes.size() != wanted)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: %zu bytes for %u Gaussians of degree %d, expected %llu; export it again",
-                                 name.c_str(), bytes.size(), header.count, int(header.degree),
-                                 (unsigned long long)wanted));
+        throw Error(
+            ErrorCode::InvalidFile, name,
+            formatString("%zu bytes for %u Gaussians of degree %d", bytes.size(), header.count, int(header.degree)),
+            formatString("%llu", (unsigned long long)wanted), "export it again");
     bytes.erase(bytes.begin(), bytes.begin() + kHeaderBytes);
     return {header, std::move(bytes)};
 }

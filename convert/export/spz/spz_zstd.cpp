@@ -31,7 +31,7 @@ public:
     explicit Frame(uint64_t raw_bytes) : m_context(ZSTD_createCCtx(), ZSTD_freeCCtx), m_piece(kPieceBytes)
     {
         if (m_context == nullptr)
-            throw Error(ErrorCode::OutOfMemory, "zstd: no memory, expected 1 MB; close other programs");
+            throw Error(ErrorCode::OutOfMemory, "zstd", "no memory", "1 MB", "close other programs");
         check(ZSTD_CCtx_setParameter(m_context.get(), ZSTD_c_compressionLevel, kLevel));
         // so that the frame says it: readers that unpack a frame at once ask for it
         check(ZSTD_CCtx_setPledgedSrcSize(m_context.get(), raw_bytes));
@@ -52,9 +52,8 @@ private:
     static void check(size_t result)
     {
         if (ZSTD_isError(result))
-            throw Error(ErrorCode::OutOfMemory, formatString("zstd: %s, expected memory for a frame; close other "
-                                                             "programs",
-                                                             ZSTD_getErrorName(result)));
+            throw Error(ErrorCode::OutOfMemory, "zstd", ZSTD_getErrorName(result), "memory for a frame",
+                        "close other programs");
     }
 
     void feed(std::span<const uint8_t> bytes, ZSTD_EndDirective how)
@@ -81,7 +80,7 @@ bool unpack(std::span<const std::byte> frame, uint64_t raw_bytes, std::vector<ui
 {
     const std::unique_ptr<ZSTD_DCtx, size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(), ZSTD_freeDCtx);
     if (context == nullptr)
-        throw Error(ErrorCode::OutOfMemory, "zstd: no memory, expected 1 MB; close other programs");
+        throw Error(ErrorCode::OutOfMemory, "zstd", "no memory", "1 MB", "close other programs");
     std::vector<uint8_t> piece(kPieceBytes);
     ZSTD_inBuffer in{frame.data(), frame.size(), 0};
     uint64_t got = 0;
@@ -131,19 +130,19 @@ void writeSpz4(const SpzHeader& header, const SpzPacker& pack, const PieceSink& 
 
 SpzContent readSpz4(std::span<const std::byte> file, const std::string& name)
 {
-    const auto fail = [&name](const std::string& text) {
-        throw Error(ErrorCode::InvalidFile, name + ": " + text + "; export it again");
+    const auto fail = [&name](const std::string& found, const std::string& expected) {
+        throw Error(ErrorCode::InvalidFile, name, found, expected, "export it again");
     };
     Header head{};
     if (file.size() >= kHeaderBytes)
         std::memcpy(&head, file.data(), kHeaderBytes);
     if (head.magic != kSpzMagic || head.version != kVersion || head.degree > kMostShDegree)
-        fail("no header of SPZ version 4, expected one");
+        fail("no header of SPZ version 4", "one");
     SpzContent content{{head.count, head.degree, head.fraction}, {}};
     size_t entry = head.toc, at = entry + kEntryBytes * head.streams;
     if (entry < kHeaderBytes || at > file.size())
-        fail(formatString("a table of %d streams at byte %u of %zu, expected it in the file", int(head.streams),
-                          head.toc, file.size()));
+        fail(formatString("a table of %d streams at byte %u of %zu", int(head.streams), head.toc, file.size()),
+             "it in the file");
     size_t left = head.streams;
     for (const uint64_t size : spzStreamBytes(content.header)) {
         if (size == 0)
@@ -153,14 +152,15 @@ SpzContent readSpz4(std::span<const std::byte> file, const std::string& name)
             std::memcpy(sizes, file.data() + entry, kEntryBytes);
         if (left == 0 || sizes[1] != size || sizes[0] > file.size() - at ||
             !unpack(file.subspan(at, sizes[0]), size, content.bytes))
-            fail(formatString("%u Gaussians of degree %d and a stream of %llu bytes, expected one whole frame of %llu",
-                              head.count, int(head.degree), (unsigned long long)sizes[1], (unsigned long long)size));
+            fail(formatString("%u Gaussians of degree %d and a stream of %llu bytes", head.count, int(head.degree),
+                              (unsigned long long)sizes[1]),
+                 formatString("one whole frame of %llu", (unsigned long long)size));
         at += sizes[0];
         entry += kEntryBytes;
         --left;
     }
     if (left != 0 || at != file.size())
-        fail(formatString("%zu bytes behind the streams, expected none", file.size() - at));
+        fail(formatString("%zu bytes behind the streams", file.size() - at), "none");
     return content;
 }
 

@@ -7,8 +7,8 @@ namespace gsc {
 
 void requireSpz4()
 {
-    throw Error(ErrorCode::Unsupported, "spz: this build lacks Zstandard, expected it for version 4; install "
-                                        "libzstd-dev and build again, or choose --spz-version 3");
+    throw Error(ErrorCode::Unsupported, "spz", "this build lacks Zstandard", "it for version 4",
+                "install libzstd-dev and build again, or choose --spz-version 3");
 }
 
 void writeSpz4(const SpzHeader&, const SpzPacker&, const PieceSink&)

@@ -44,11 +44,11 @@ const ConfigValue* ConfigValue::typed(std::string_view path, std::initializer_li
         return nullptr;
     const ConfigValue* value = find(path);
     if (std::ranges::find(kinds, value->kind) == kinds.end())
-        throw Error(ErrorCode::Unsupported,
-                    file + ": '" + std::string(path) + "' " +
+        throw Error(ErrorCode::Unsupported, file,
+                    "'" + std::string(path) + "' " +
                         (value->kind == Kind::Other ? "is the expression '" + value->text.substr(0, 64) + "'"
-                                                    : "has another type") +
-                        ", expected " + expected + "; write the value itself there");
+                                                    : "has another type"),
+                    expected, "write the value itself there");
     return value;
 }
 

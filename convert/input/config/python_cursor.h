@@ -22,9 +22,8 @@ protected:
 
     [[noreturn]] void unsupported(const std::string& found) const
     {
-        throw Error(ErrorCode::Unsupported, m_file + ": " + found +
-                                                ", expected 'Namespace(...)' of literals as the trainers write it; "
-                                                "write the values themselves there");
+        throw Error(ErrorCode::Unsupported, m_file, found, "'Namespace(...)' of literals as the trainers write it",
+                    "write the values themselves there");
     }
 
     [[nodiscard]] const PythonToken& peek(size_t ahead = 0) const

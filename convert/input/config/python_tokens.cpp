@@ -315,10 +315,8 @@ std::vector<PythonToken> pythonTokens(std::string_view text, const std::string& 
 
 void throwNoPython(const std::string& file, const std::string& found, size_t at)
 {
-    throw Error(ErrorCode::InvalidFile,
-                formatString("%s: %s at byte %zu, expected the line 'Namespace(...)' that the trainer wrote; restore "
-                             "the file or remove it",
-                             file.c_str(), found.c_str(), at));
+    throw Error(ErrorCode::InvalidFile, file, formatString("%s at byte %zu", found.c_str(), at),
+                "the line 'Namespace(...)' that the trainer wrote", "restore the file or remove it");
 }
 
 } // namespace gsc

@@ -113,18 +113,18 @@ std::string keyOf(const YAML::Node& node, const std::string& file)
     const std::string& key = node.Scalar();
     const auto strange = std::ranges::find_if(key, [](char c) { return (c & 0x80) != 0; });
     if (strange != key.end())
-        throw Error(ErrorCode::InvalidFile, file + ": a key on line " + std::to_string(node.Mark().line + 1) + " has " +
-                                                characterName(key, size_t(strange - key.begin())) +
-                                                ", expected plain letters; type that line anew");
+        throw Error(ErrorCode::InvalidFile, file,
+                    "a key on line " + std::to_string(node.Mark().line + 1) + " has " +
+                        characterName(key, size_t(strange - key.begin())),
+                    "plain letters", "type that line anew");
     return key;
 }
 
 ConfigValue convert(const YAML::Node& node, const std::string& file, int depth, size_t& nodes)
 {
     if (depth > kMaxDepth || ++nodes > kMaxNodes)
-        throw Error(ErrorCode::InvalidFile,
-                    file + ": too many or too deeply nested values, expected the config.yaml that the trainer was "
-                           "given; restore it or remove it");
+        throw Error(ErrorCode::InvalidFile, file, "too many or too deeply nested values",
+                    "the config.yaml that the trainer was given", "restore it or remove it");
     ConfigValue value;
     if (node.IsScalar())
         return scalar(node.Scalar(), node.Tag());
@@ -152,8 +152,8 @@ ConfigValue parseYaml(std::string_view text, const std::string& file)
     try {
         return convert(YAML::Load(std::string(text)), file, 0, nodes);
     } catch (const YAML::Exception& error) {
-        throw Error(ErrorCode::InvalidFile,
-                    file + ": " + error.what() + ", expected the config.yaml that the trainer was given; restore it");
+        throw Error(ErrorCode::InvalidFile, file, error.what(), "the config.yaml that the trainer was given",
+                    "restore it");
     }
 }
 

@@ -37,7 +37,7 @@ public:
         takeStorages(takePickle(m_left, m_name), archive);
         for (const auto& [key, storage] : m_storages)
             if (!storage.is_there)
-                invalid("storage '" + shown(key) + "' is missing, expected one for every tensor");
+                invalid("storage '" + shown(key) + "' is missing", "one for every tensor");
         return archive;
     }
 
@@ -50,9 +50,9 @@ private:
 
     static std::string shown(std::string_view text) { return std::string(text.substr(0, 64)); }
 
-    [[noreturn]] void invalid(const std::string& message) const
+    [[noreturn]] void invalid(const std::string& found, const std::string& expected) const
     {
-        throw Error(ErrorCode::InvalidFile, m_name + ": " + message + "; copy the file again");
+        throw Error(ErrorCode::InvalidFile, m_name, found, expected, "copy the file again");
     }
 
     void takeMagic()
@@ -63,28 +63,27 @@ private:
             magic = graph.values[graph.root].text;
         }
         if (magic != kWideInteger + std::string(kMagic) && magic != kWideInteger + std::string(kMagicDigits))
-            invalid("starts as a pickle but not with the magic number of torch.save, expected a file that torch.save "
-                    "wrote");
+            invalid("starts as a pickle but not with the magic number of torch.save", "a file that torch.save wrote");
     }
 
     void checkProtocol(const PickleGraph& graph) const
     {
         const PickleValue& version = graph.values[graph.root];
         if (version.kind != PickleKind::Int || version.integer != kProtocol)
-            throw Error(ErrorCode::Unsupported, m_name + ": states an unknown protocol of torch.save, expected 1001; "
-                                                         "load it and save it again with a newer PyTorch");
+            throw Error(ErrorCode::Unsupported, m_name, "states an unknown protocol of torch.save", "1001",
+                        "load it and save it again with a newer PyTorch");
     }
 
     void checkMachine(const PickleGraph& graph) const
     {
         const PickleValue& facts = graph.values[graph.root];
         if (facts.kind != PickleKind::Dict)
-            invalid("holds no facts of the machine it was saved on, expected what torch.save writes");
+            invalid("holds no facts of the machine it was saved on", "what torch.save writes");
         for (size_t i = 0; i + 1 < facts.items.size(); i += 2) {
             const PickleValue& value = graph.values[facts.items[i + 1]];
             if (graph.values[facts.items[i]].text == "little_endian" && value.integer != 1)
-                throw Error(ErrorCode::Unsupported, m_name + ": was saved on a big-endian machine, expected "
-                                                             "little-endian numbers; save it again on another");
+                throw Error(ErrorCode::Unsupported, m_name, "was saved on a big-endian machine",
+                            "little-endian numbers", "save it again on another");
         }
     }
 
@@ -96,7 +95,7 @@ private:
             const Storage storage{graph.values[value.items[0]].text, uint64_t(value.integer)};
             const auto [found, is_new] = m_storages.emplace(value.text, storage);
             if (!is_new && (found->second.type != storage.type || found->second.count != storage.count))
-                invalid("storage '" + shown(value.text) + "' is stated twice, expected the same both times");
+                invalid("storage '" + shown(value.text) + "' is stated twice", "the same both times");
         }
     }
 
@@ -105,11 +104,11 @@ private:
     {
         const PickleValue& list = graph.values[graph.root];
         if (list.kind != PickleKind::List)
-            invalid("holds no list of its storages, expected what torch.save writes");
+            invalid("holds no list of its storages", "what torch.save writes");
         for (const uint32_t item : list.items) {
             const PickleValue& key = graph.values[item];
             if (key.kind != PickleKind::String)
-                invalid("has a storage whose key is no text, expected what torch.save writes");
+                invalid("has a storage whose key is no text", "what torch.save writes");
             archive.storages.emplace(key.text, takeStorage(key.text));
         }
     }
@@ -119,29 +118,28 @@ private:
         for (const auto& [known, bytes] : kElementBytes)
             if (type == known)
                 return bytes;
-        throw Error(ErrorCode::Unsupported, m_name + ": holds a " + shown(type) +
-                                                ", expected a storage of "
-                                                "numbers; export the state_dict with torch.save");
+        throw Error(ErrorCode::Unsupported, m_name, "holds a " + shown(type), "a storage of numbers",
+                    "export the state_dict with torch.save");
     }
 
     std::span<const std::byte> takeStorage(std::string_view key)
     {
         const auto found = m_storages.find(key);
         if (found == m_storages.end())
-            invalid("storage '" + shown(key) + "' belongs to nothing, expected those of its tensors");
+            invalid("storage '" + shown(key) + "' belongs to nothing", "those of its tensors");
         if (found->second.is_there)
-            invalid("storage '" + shown(key) + "' occurs twice, expected once");
+            invalid("storage '" + shown(key) + "' occurs twice", "once");
         found->second.is_there = true;
         const uint64_t element = elementBytes(found->second.type);
         uint64_t count = 0;
         if (m_left.size() >= sizeof(count))
             std::memcpy(&count, m_left.data(), sizeof(count));
         if (m_left.size() < sizeof(count) || count > (m_left.size() - sizeof(count)) / element)
-            invalid("ends within storage '" + shown(key) + "', expected all of it");
+            invalid("ends within storage '" + shown(key) + "'", "all of it");
         if (count != found->second.count)
-            invalid(formatString("storage '%s' has %llu elements, expected the %llu of its tensor", shown(key).c_str(),
-                                 static_cast<unsigned long long>(count),
-                                 static_cast<unsigned long long>(found->second.count)));
+            invalid(formatString("storage '%s' has %llu elements", shown(key).c_str(),
+                                 static_cast<unsigned long long>(count)),
+                    formatString("the %llu of its tensor", static_cast<unsigned long long>(found->second.count)));
         const auto values = m_left.subspan(sizeof(count), size_t(count * element));
         m_left = m_left.subspan(sizeof(count) + values.size());
         return values;

@@ -20,18 +20,15 @@ public:
     // Error(InvalidFile) and Error(Unsupported) at the opcode that was taken last.
     [[noreturn]] void invalid(const std::string& text) const
     {
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: %s at byte %zu of the pickle, expected what PyTorch writes; save it again",
-                                 m_name.c_str(), text.c_str(), m_at));
+        throw Error(ErrorCode::InvalidFile, m_name, formatString("%s at byte %zu of the pickle", text.c_str(), m_at),
+                    "what PyTorch writes", "save it again");
     }
 
     [[noreturn]] void unsupported(const std::string& what) const
     {
-        throw Error(
-            ErrorCode::Unsupported,
-            formatString("%s: pickle holds %s (byte %zu), expected only tensors, modules and state dictionaries; "
-                         "export the state_dict of the MLPs with torch.save",
-                         m_name.c_str(), what.c_str(), m_at));
+        throw Error(ErrorCode::Unsupported, m_name, formatString("pickle holds %s (byte %zu)", what.c_str(), m_at),
+                    "only tensors, modules and state dictionaries",
+                    "export the state_dict of the MLPs with torch.save");
     }
 
     void limitSize(size_t max_bytes) const

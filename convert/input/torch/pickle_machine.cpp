@@ -44,7 +44,7 @@ public:
         for (uint8_t opcode = takeOpcode(); opcode != kStop; opcode = takeOpcode())
             execute(opcode);
         if (m_stack.size() != 1 || !m_marks.empty())
-            invalid(formatString("pickle leaves %zu values, expected one", m_stack.size()));
+            invalid(formatString("pickle leaves %zu values for one", m_stack.size()));
         m_graph.root = m_stack.back();
         return std::move(m_graph);
     }

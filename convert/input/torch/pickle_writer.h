@@ -56,11 +56,8 @@ public:
         for (const uint64_t size : shape)
             count *= size;
         if (values.size() != count || count >= (uint64_t(1) << 31))
-            throw Error(
-                ErrorCode::Internal,
-                formatString(
-                    "tensor: %zu values, expected the %llu of its shape; this is a bug of gsc, please report it",
-                    values.size(), static_cast<unsigned long long>(count)));
+            throw internalError("tensor", formatString("%zu values", values.size()),
+                                formatString("the %llu of its shape", static_cast<unsigned long long>(count)));
         global("torch._utils", "_rebuild_tensor_v2");
         ops("((");
         string("storage");

@@ -81,18 +81,18 @@ public:
         } else if (root.kind == PickleKind::Dict) {
             walkDict(root, "", 0);
         } else {
-            throw Error(ErrorCode::Unsupported,
-                        m_name + ": holds neither a module nor a dictionary, expected the MLPs of a saved model; "
-                                 "training checkpoints (chkpnt*.pth) do not hold the anchor features, pass the "
-                                 "point_cloud/iteration_<n> folder");
+            throw Error(ErrorCode::Unsupported, m_name, "holds neither a module nor a dictionary",
+                        "the MLPs of a saved model",
+                        "training checkpoints (chkpnt*.pth) do not hold the anchor features, pass the "
+                        "point_cloud/iteration_<n> folder");
         }
         return std::move(m_archive);
     }
 
 private:
-    [[noreturn]] void invalid(const std::string& message) const
+    [[noreturn]] void invalid(const std::string& found, const std::string& expected) const
     {
-        throw Error(ErrorCode::InvalidFile, m_name + ": " + message + "; save it again");
+        throw Error(ErrorCode::InvalidFile, m_name, found, expected, "save it again");
     }
 
     void walkObject(const PickleValue& object, const std::string& path, size_t depth)
@@ -105,20 +105,21 @@ private:
     void walkDict(const PickleValue& dict, const std::string& path, size_t depth)
     {
         if (depth > kMaxDepth)
-            invalid(formatString("modules are nested deeper than %zu levels, expected 2", kMaxDepth));
+            invalid(formatString("modules are nested deeper than %zu levels", kMaxDepth), "2");
         std::set<std::string_view> seen;
         for (size_t i = 0; i + 1 < dict.items.size(); i += 2) {
             if (++m_visits > kMaxVisits)
-                invalid(formatString("more than %zu entries, expected about 20", kMaxVisits));
+                invalid(formatString("more than %zu entries", kMaxVisits), "about 20");
             const PickleValue& key = m_graph.values[dict.items[i]];
             if (key.kind != PickleKind::String)
                 continue; // nothing of ours has such a key
             // before it is copied: one text can be a key of any number of dictionaries
             if (path.size() + key.text.size() > kMaxPath)
-                invalid(formatString("key '%.64s' makes a name of %zu characters, expected at most %zu",
-                                     key.text.c_str(), path.size() + key.text.size(), kMaxPath));
+                invalid(formatString("key '%.64s' makes a name of %zu characters", key.text.c_str(),
+                                     path.size() + key.text.size()),
+                        formatString("at most %zu", kMaxPath));
             if (!seen.insert(key.text).second)
-                invalid("key '" + path + key.text + "' occurs twice, expected once");
+                invalid("key '" + path + key.text + "' occurs twice", "once");
             const PickleValue& value = m_graph.values[dict.items[i + 1]];
             if (value.kind == PickleKind::Tensor) {
                 addTensor(m_graph.tensors[size_t(value.integer)], path + key.text);
@@ -144,20 +145,20 @@ private:
         if (m_wanted && !m_wanted(name))
             return;
         if (const auto [found, is_new] = m_paths.emplace(name, path); !is_new)
-            throw Error(ErrorCode::Unsupported, m_name + ": holds both '" + found->second + "' and '" + path +
-                                                    "', expected one of them; save one network only");
+            throw Error(ErrorCode::Unsupported, m_name, "holds both '" + found->second + "' and '" + path + "'",
+                        "one of them", "save one network only");
         if (source.storage_type != "torch FloatStorage")
-            throw Error(ErrorCode::Unsupported,
-                        formatString("%s: tensor '%s' is a %s, expected float32 as the trainers save it; convert it "
-                                     "with .float() and save again",
-                                     m_name.c_str(), path.c_str(), source.storage_type.c_str()));
+            throw Error(ErrorCode::Unsupported, m_name,
+                        formatString("tensor '%s' is a %s", path.c_str(), source.storage_type.c_str()),
+                        "float32 as the trainers save it", "convert it with .float() and save again");
         const uint64_t count = checkedCount(source, path);
         NamedTensor tensor{name, source.shape, {}};
         if (count != 0) {
             const std::span<const std::byte> bytes = storageOf(source);
             if (source.storage_count > bytes.size() / sizeof(float)) // of one storage, tensors may state several sizes
                 invalid("tensor '" + path + "' states a storage of more values than '" +
-                        source.storage_key.substr(0, 64) + "' has, expected as many");
+                            source.storage_key.substr(0, 64) + "' has",
+                        "as many");
             if (count > m_made_left / sizeof(float))
                 refuseSharing();
             m_made_left -= count * sizeof(float);
@@ -184,7 +185,7 @@ private:
         }
         if (source.offset > source.storage_count ||
             (count != 0 && (source.offset == source.storage_count || last >= source.storage_count - source.offset)))
-            invalid("tensor '" + path + "' reaches beyond its storage, expected it to fit");
+            invalid("tensor '" + path + "' reaches beyond its storage", "it to fit");
         return count;
     }
 
@@ -195,7 +196,8 @@ private:
             return m_storage;
         if (source.storage_count > m_archive_bytes / sizeof(float))
             invalid("storage '" + source.storage_key.substr(0, 64) +
-                    "' states more values than the archive has bytes for, expected as many as it holds");
+                        "' states more values than the archive has bytes for",
+                    "as many as it holds");
         const uint64_t bytes = source.storage_count * sizeof(float);
         if (bytes > m_read_left)
             refuseSharing();
@@ -229,8 +231,8 @@ private:
     // no trainer shares a storage between tensors; a hostile file could, to be read a million times
     [[noreturn]] void refuseSharing() const
     {
-        throw Error(ErrorCode::Unsupported, m_name + ": tensors hold many times the values of the archive, expected "
-                                                     "one storage per tensor; call .clone() on each and save again");
+        throw Error(ErrorCode::Unsupported, m_name, "tensors hold many times the values of the archive",
+                    "one storage per tensor", "call .clone() on each and save again");
     }
 
     const PickleGraph& m_graph;
@@ -252,17 +254,16 @@ void checkVersion(const ZipArchive& zip, const std::string& prefix, const std::s
     if (zip.contains(prefix + "byteorder")) {
         const std::string order = text(zip.read(prefix + "byteorder"));
         if (order != "little")
-            throw Error(ErrorCode::Unsupported, name + ": byte order is '" + order.substr(0, 16) +
-                                                    "', expected 'little'; save it again on a little-endian machine");
+            throw Error(ErrorCode::Unsupported, name, "byte order is '" + order.substr(0, 16) + "'", "'little'",
+                        "save it again on a little-endian machine");
     }
     if (!zip.contains(prefix + "version"))
         return;
     const std::string version = text(zip.read(prefix + "version"));
     const long number = std::strtol(version.c_str(), nullptr, 10);
     if (number < 1 || number > 10)
-        throw Error(ErrorCode::Unsupported, formatString("%s: archive version is '%.8s', expected 1 to 10; save it "
-                                                         "again with an older PyTorch",
-                                                         name.c_str(), version.c_str()));
+        throw Error(ErrorCode::Unsupported, name, formatString("archive version is '%.8s'", version.c_str()), "1 to 10",
+                    "save it again with an older PyTorch");
 }
 
 TorchArchive readLegacy(std::span<const std::byte> bytes, const std::string& name, const WantedTensor& wanted)
@@ -291,12 +292,12 @@ void refuseOtherFormats(std::span<const std::byte> bytes, const std::string& nam
 {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     if (text.empty())
-        throw Error(ErrorCode::InvalidFile, name + ": is empty, expected an archive of PyTorch; copy the file again");
+        throw Error(ErrorCode::InvalidFile, name, "is empty", "an archive of PyTorch", "copy the file again");
     for (const Format& format : kOtherFormats)
         if (text.size() > format.at && text.substr(format.at).starts_with(format.bytes))
-            throw Error(ErrorCode::Unsupported, name + ": is " + format.name +
-                                                    ", expected an archive of torch.save or torch.jit.save; load it "
-                                                    "and save the state_dict with torch.save");
+            throw Error(ErrorCode::Unsupported, name, std::string("is ") + format.name,
+                        "an archive of torch.save or torch.jit.save",
+                        "load it and save the state_dict with torch.save");
 }
 
 // The folder that every member lies below, with its slash: the file's stem when it was saved, which renaming the file
@@ -307,9 +308,9 @@ std::string archiveFolder(const ZipArchive& zip, const std::string& name)
     const size_t slash = first.find('/');
     const std::string prefix = slash == std::string::npos ? "" : first.substr(0, slash + 1);
     if (!zip.contains(prefix + "data.pkl") && !zip.contains(prefix + "version"))
-        throw Error(ErrorCode::Unsupported, name + ": is a zip archive of '" + first.substr(0, 64) +
-                                                "' without data.pkl, expected an archive of torch.save or "
-                                                "torch.jit.save; unpack it, and pass the file that the trainer saved");
+        throw Error(ErrorCode::Unsupported, name, "is a zip archive of '" + first.substr(0, 64) + "' without data.pkl",
+                    "an archive of torch.save or torch.jit.save",
+                    "unpack it, and pass the file that the trainer saved");
     return prefix;
 }
 
@@ -327,10 +328,10 @@ TorchArchive readTorchArchive(std::span<const std::byte> bytes, const std::strin
     const ReadStorage read = [&](const PickleTensor& tensor, std::vector<std::byte>& scratch) {
         const std::string member = prefix + "data/" + tensor.storage_key;
         if (const uint64_t size = zip.size(member); size != tensor.storage_count * sizeof(float))
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: member '%s' has %llu bytes, expected %llu float32; save it again",
-                                     name.c_str(), member.c_str(), static_cast<unsigned long long>(size),
-                                     static_cast<unsigned long long>(tensor.storage_count)));
+            throw Error(
+                ErrorCode::InvalidFile, name,
+                formatString("member '%s' has %llu bytes", member.c_str(), static_cast<unsigned long long>(size)),
+                formatString("%llu float32", static_cast<unsigned long long>(tensor.storage_count)), "save it again");
         scratch = zip.read(member);
         return std::span<const std::byte>(scratch);
     };

@@ -23,7 +23,7 @@ constexpr uint64_t kMostInflated = 1032;
 
 void ZipArchive::invalid(const std::string& text) const
 {
-    throw Error(ErrorCode::InvalidFile, m_name + ": " + text + ", expected a complete PyTorch archive; save it again");
+    throw Error(ErrorCode::InvalidFile, m_name, text, "a complete PyTorch archive", "save it again");
 }
 
 zip_stat_t ZipArchive::stat(const std::string& member) const
@@ -95,10 +95,10 @@ std::vector<std::byte> ZipArchive::read(const std::string& member) const
     const zip_stat_t info = stat(member);
     const bool stored = info.comp_method == ZIP_CM_STORE;
     if ((!stored && info.comp_method != ZIP_CM_DEFLATE) || info.encryption_method != ZIP_EM_NONE)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("%s: member '%s' is compressed in a way of its own or encrypted (method %u), expected "
-                                 "a member as PyTorch writes it; save it again with torch.save or torch.jit.save",
-                                 m_name.c_str(), member.c_str(), unsigned(info.comp_method)));
+        throw Error(ErrorCode::Unsupported, m_name,
+                    formatString("member '%s' is compressed in a way of its own or encrypted (method %u)",
+                                 member.c_str(), unsigned(info.comp_method)),
+                    "a member as PyTorch writes it", "save it again with torch.save or torch.jit.save");
     // note: before anything is allocated; a stored member cannot be larger than the archive that holds it, and deflate
     // gives at most 1032 bytes for one
     if (info.size / (stored ? 1 : kMostInflated) > std::min<uint64_t>(m_bytes.size(), info.comp_size))

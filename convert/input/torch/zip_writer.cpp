@@ -45,9 +45,8 @@ void ZipWriter::add(const std::string& member, std::span<const std::byte> conten
 {
     const std::string name = m_folder + '/' + member;
     if (m_bytes.size() + content.size() + name.size() > 0xff000000u)
-        throw Error(ErrorCode::Unsupported,
-                    name +
-                        ": archive would pass 4 GiB, expected the weights of small MLPs; write fewer or narrower ones");
+        throw Error(ErrorCode::Unsupported, name, "archive would pass 4 GiB", "the weights of small MLPs",
+                    "write fewer or narrower ones");
     const uint32_t offset = uint32_t(m_bytes.size());
     put(m_bytes, 0x04034b50, 4);
     put(m_bytes, 0, 2); // version needed

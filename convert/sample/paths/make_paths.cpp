@@ -41,10 +41,8 @@ PathsReport makePaths(const PathsOptions& options)
             std::string known;
             for (const std::string& n : names)
                 known += (known.empty() ? "" : ", ") + n;
-            throw Error(
-                ErrorCode::Usage,
-                formatString("--only: there is no path \"%.40s\", expected some of %s; pass these, or leave it out",
-                             name.c_str(), known.c_str()));
+            throw Error(ErrorCode::Usage, "--only", formatString("there is no path \"%.40s\"", name.c_str()),
+                        "some of " + known, "pass these, or leave it out");
         }
     for (const std::string& name : options.only.empty() ? modelPathNames() : options.only)
         checkOutput(fileOf(options, name), OutputKind::Binary, options.overwrite, OutputFolder::IsMade);

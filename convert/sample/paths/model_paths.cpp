@@ -267,10 +267,8 @@ std::vector<ModelPath> modelPaths(const ModelSurvey& survey, const PathLens& len
             continue;
         if (named.flies && !survey.fromAbove()) {
             if (asked)
-                throw Error(ErrorCode::Usage,
-                            formatString("--only: the cameras of this model stand on the ground, expected some in the "
-                                         "air for the path %s; leave it out",
-                                         named.name));
+                throw Error(ErrorCode::Usage, "--only", "the cameras of this model stand on the ground",
+                            formatString("some in the air for the path %s", named.name), "leave it out");
             continue;
         }
         const bool teleports = named.make == teleport;

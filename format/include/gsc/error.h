@@ -2,11 +2,11 @@
 // Errors of the environment and of input files. A caller bug is an assertion, never an Error.
 #pragma once
 
-#include <gsc/utf8.h>
-
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace gsc {
 
@@ -27,17 +27,58 @@ enum class ErrorCode : int {
 // As reports name it, such as "InvalidFile".
 const char* errorName(ErrorCode code);
 
-// Message form: `<file or object>: <what is wrong, with values>, expected <what>; <what to do>`,
-// lower case, no full stop.
+// Settings and tools that a remedy speaks of. A program that tells the error adds its own words for them, such as an
+// option's name.
+enum class Setting {
+    DeviceMemory,  // budget of device memory
+    CacheMemory,   // budget of the reuse cache
+    ImageSize,     // of a camera or frame
+    FieldOfView,   // of a camera
+    Detail,        // smallest detail drawn by itself
+    Appearance,    // row of the appearance embedding
+    CpuBackend,    // drawing with the backend cpu
+    InjectedFault, // fault that a test asks for
+    DeviceList,    // list of the devices of this machine
+    Overwrite,     // permission to replace an output
+    ReportFormat,  // form of what goes to standard output
+    Validation,    // list of all that is wrong with a file
+    Conversion,    // making a file from a checkpoint
+    Unpacking,     // making the file of an archive
+};
+
+// An error in four parts, lower case, without a full stop; none is empty but a subject that its caller left so. what() is
+// `<subject>: <found>, expected <expected>; <remedy>`.
 class Error : public std::runtime_error {
 public:
-    Error(ErrorCode code, const std::string& message) : std::runtime_error(validUtf8(message)), m_code(code) {}
+    // `subject`: the file or object; `found`: what is wrong, with values; `remedy`: what to do.
+    Error(ErrorCode code, const std::string& subject, const std::string& found, const std::string& expected,
+          const std::string& remedy);
 
     [[nodiscard]] ErrorCode code() const noexcept { return m_code; }
+    [[nodiscard]] const std::string& subject() const noexcept { return m_subject; }
+    [[nodiscard]] const std::string& found() const noexcept { return m_found; }
+    [[nodiscard]] const std::string& expected() const noexcept { return m_expected; }
+    [[nodiscard]] const std::string& remedy() const noexcept { return m_remedy; }
+
+    // Settings that the remedy speaks of, the best first.
+    [[nodiscard]] const std::vector<Setting>& settings() const noexcept { return m_settings; }
+    Error&& with(std::vector<Setting> settings) &&
+    {
+        m_settings = std::move(settings);
+        return std::move(*this);
+    }
+
+    [[nodiscard]] Error about(const std::string& subject) const; // the same of another subject
+    [[nodiscard]] std::string withoutSubject() const;            // what() behind it
 
 private:
     ErrorCode m_code;
+    std::string m_subject, m_found, m_expected, m_remedy;
+    std::vector<Setting> m_settings;
 };
+
+// Error(Internal) about a bug of this program, which it asks to report.
+Error internalError(const std::string& subject, const std::string& found, const std::string& expected);
 
 #if defined(__GNUC__)
 __attribute__((format(printf, 1, 2)))

@@ -69,11 +69,10 @@ public:
             std::string offers;
             for (const std::string& name : m_runtime.facts.formats)
                 offers += (offers.empty() ? "" : ", ") + name;
-            throw Error(ErrorCode::Unsupported,
-                        formatString("headset: the OpenXR runtime takes pictures as %s, expected %s or %s among them; "
-                                     "update it, or use another runtime",
-                                     offers.c_str(), formatName(kHeadsetFormats[0].format).c_str(),
-                                     formatName(kHeadsetFormats[1].format).c_str()));
+            throw Error(ErrorCode::Unsupported, "headset", "the OpenXR runtime takes pictures as " + offers,
+                        formatString("%s or %s among them", formatName(kHeadsetFormats[0].format).c_str(),
+                                     formatName(kHeadsetFormats[1].format).c_str()),
+                        "update it, or use another runtime");
         }
         m_chains = std::make_unique<XrSwapchains>(m_runtime, m_session);
     }
@@ -216,9 +215,8 @@ private:
             if (type == XR_REFERENCE_SPACE_TYPE_LOCAL || type == XR_REFERENCE_SPACE_TYPE_STAGE)
                 m_runtime.facts.spaces.emplace_back(type == XR_REFERENCE_SPACE_TYPE_LOCAL ? "local" : "stage");
         if (stage && std::ranges::find(offered, XR_REFERENCE_SPACE_TYPE_STAGE) == offered.end())
-            throw Error(ErrorCode::Unsupported,
-                        "headset: the OpenXR runtime knows no floor, expected that a room was set "
-                        "up; do so, or pass --xr-space local");
+            throw Error(ErrorCode::Unsupported, "headset", "the OpenXR runtime knows no floor",
+                        "that a room was set up", "do so, or pass --xr-space local");
         auto info = xrInfo<XrReferenceSpaceCreateInfo>(XR_TYPE_REFERENCE_SPACE_CREATE_INFO);
         info.referenceSpaceType = stage ? XR_REFERENCE_SPACE_TYPE_STAGE : XR_REFERENCE_SPACE_TYPE_LOCAL;
         info.poseInReferenceSpace.orientation.w = 1;

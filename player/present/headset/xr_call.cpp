@@ -11,30 +11,22 @@ void checkXr(XrResult result, const char* what)
         return;
     switch (result) {
     case XR_ERROR_RUNTIME_UNAVAILABLE:
-        throw Error(
-            ErrorCode::Unsupported,
-            formatString("headset: no OpenXR runtime answers (%s, code %d), expected one that runs; start SteamVR, "
-                         "Monado or WiVRn, or name its manifest in XR_RUNTIME_JSON",
-                         what, int(result)));
+        throw Error(ErrorCode::Unsupported, "headset",
+                    formatString("no OpenXR runtime answers (%s, code %d)", what, int(result)), "one that runs",
+                    "start SteamVR, Monado or WiVRn, or name its manifest in XR_RUNTIME_JSON");
     case XR_ERROR_FORM_FACTOR_UNAVAILABLE:
     case XR_ERROR_FORM_FACTOR_UNSUPPORTED:
-        throw Error(
-            ErrorCode::Unsupported,
-            formatString("headset: the OpenXR runtime finds none (code %d), expected one; connect it and switch "
-                         "it on",
-                         int(result)));
+        throw Error(ErrorCode::Unsupported, "headset",
+                    formatString("the OpenXR runtime finds none (code %d)", int(result)), "one",
+                    "connect it and switch it on");
     case XR_ERROR_INSTANCE_LOST:
     case XR_ERROR_SESSION_LOST:
-        throw Error(ErrorCode::Device,
-                    formatString("headset: %s: the OpenXR runtime has gone (code %d), expected that it stays; start it "
-                                 "and the player again",
-                                 what, int(result)));
+        throw Error(ErrorCode::Device, "headset",
+                    formatString("%s: the OpenXR runtime has gone (code %d)", what, int(result)), "that it stays",
+                    "start it and the player again");
     default:
-        throw Error(
-            ErrorCode::Device,
-            formatString("headset: %s failed with OpenXR's code %d, expected success; start the runtime and the "
-                         "player again",
-                         what, int(result)));
+        throw Error(ErrorCode::Device, "headset", formatString("%s failed with OpenXR's code %d", what, int(result)),
+                    "success", "start the runtime and the player again");
     }
 }
 

@@ -92,8 +92,8 @@ void XrRuntime::makeInstance(bool depth)
         return std::ranges::any_of(there, [&](const auto& e) { return std::strcmp(e.extensionName, name) == 0; });
     };
     if (!offered(XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME))
-        throw Error(ErrorCode::Unsupported, "headset: the OpenXR runtime takes no pictures of Vulkan's, expected the "
-                                            "extension XR_KHR_vulkan_enable2; update it, or use another runtime");
+        throw Error(ErrorCode::Unsupported, "headset", "the OpenXR runtime takes no pictures of Vulkan's",
+                    "the extension XR_KHR_vulkan_enable2", "update it, or use another runtime");
     m_extensions = {XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME};
     for (const char* name : kOptional)
         if (offered(name))
@@ -145,9 +145,8 @@ void XrRuntime::chooseViews(double scale)
             chosen = known;
     }
     if (chosen == nullptr)
-        throw Error(ErrorCode::Unsupported,
-                    "headset: the OpenXR runtime shows no kind of views that is known, expected "
-                    "one, two or four; update it, or use another runtime");
+        throw Error(ErrorCode::Unsupported, "headset", "the OpenXR runtime shows no kind of views that is known",
+                    "one, two or four", "update it, or use another runtime");
     configuration = chosen->type;
     facts.configuration = chosen->name;
     const auto views =
@@ -185,11 +184,12 @@ void XrRuntime::makeDevice(const std::optional<DeviceUuid>& uuid)
                                                XR_VERSION_MINOR(needs.minApiVersionSupported), 0);
     uint32_t there = 0;
     if (vkEnumerateInstanceVersion(&there) == VK_SUCCESS && there < least)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("headset: the OpenXR runtime wants Vulkan %u.%u, expected at most the %u.%u that this "
-                                 "machine's loader has; update Vulkan",
-                                 VK_API_VERSION_MAJOR(least), VK_API_VERSION_MINOR(least), VK_API_VERSION_MAJOR(there),
-                                 VK_API_VERSION_MINOR(there)));
+        throw Error(ErrorCode::Unsupported, "headset",
+                    formatString("the OpenXR runtime wants Vulkan %u.%u", VK_API_VERSION_MAJOR(least),
+                                 VK_API_VERSION_MINOR(least)),
+                    formatString("at most the %u.%u that this machine's loader has", VK_API_VERSION_MAJOR(there),
+                                 VK_API_VERSION_MINOR(there)),
+                    "update Vulkan");
     options.version = std::max(options.version, least);
     VulkanMaker& maker = options.maker.emplace();
     maker.instance = [this](const VkInstanceCreateInfo& info, VkInstance* made) {

@@ -73,8 +73,7 @@ void XrSwapchains::take(const HeadsetPictures& given, SharedBlocks& blocks)
 {
     const std::span<const ShownPicture> pictures = given.pictures;
     if (pictures.size() != m_chains.size())
-        throw Error(ErrorCode::Internal, "headset: not a picture for each view, expected one; this is a bug of gsc, "
-                                         "please report it");
+        throw internalError("headset", "not a picture for each view", "one");
     const VkPipelineStageFlags stages = m_runtime.device->stages;
     const auto acquired = [](const Chains& chains) {
         std::vector<VkImage> images;
@@ -89,9 +88,7 @@ void XrSwapchains::take(const HeadsetPictures& given, SharedBlocks& blocks)
         changeLayout(m_copy->commands, stages, image, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
     for (size_t view = 0; view < images.size(); ++view) {
         if (pictures[view].width != m_chains[view]->width() || pictures[view].height != m_chains[view]->height())
-            throw Error(ErrorCode::Internal,
-                        "headset: a picture has not the size of its view, expected that; this is a "
-                        "bug of gsc, please report it");
+            throw internalError("headset", "a picture has not the size of its view", "that");
         m_copy->copy(pictures[view], images[view], 0, 0, [&](uint32_t id) { return blocks.buffer(id); });
     }
     copyDepths(given, depths);
@@ -115,8 +112,7 @@ void XrSwapchains::copyDepths(const HeadsetPictures& given, const std::vector<Vk
     for (size_t view = 0; view < images.size(); ++view) {
         const ShownPicture& picture = given.pictures[view];
         if (picture.depth == nullptr)
-            throw Error(ErrorCode::Internal, "headset: a picture has no depths, expected some; this is a bug of gsc, "
-                                             "please report it");
+            throw internalError("headset", "a picture has no depths", "some");
         const size_t count = size_t(picture.width) * picture.height;
         std::transform(picture.depth, picture.depth + count, staging + at,
                        [metre](float z) { return layerDepth(z, metre); });

@@ -84,45 +84,44 @@ int cudaDeviceCount()
 
 DeviceInfo lookAtCudaDevice(int ordinal)
 {
-    const auto failure = [&](ErrorCode code, std::string text) {
+    const auto unusable = [&](ErrorCode code, const std::string& found, const std::string& expected,
+                              std::string remedy) {
         (void)cudaGetLastError();
-        return DeviceInfo{{"cuda", ordinal}, false, code, std::move(text)};
+        remedy += (remedy.empty() ? "" : ", or ") + std::string("draw on the CPU");
+        Error fault = Error(code, "cuda", found, expected, remedy).with({Setting::CpuBackend});
+        std::string text = fault.withoutSubject();
+        return DeviceInfo{{"cuda", ordinal}, false, std::move(fault), std::move(text)};
     };
     int runtime = 0, driver = 0, count = 0;
     (void)cudaRuntimeGetVersion(&runtime);
     (void)cudaDriverGetVersion(&driver); // note: 0 and no error where there is no driver
     if (driver == 0)
-        return failure(ErrorCode::Device, "no NVIDIA driver, expected one for CUDA " + versionText(runtime) +
-                                              "; install it or take --backend cpu");
+        return unusable(ErrorCode::Device, "no NVIDIA driver", "one for CUDA " + versionText(runtime), "install it");
     cudaError_t code = cudaGetDeviceCount(&count);
     if (code == cudaErrorInsufficientDriver)
-        return failure(ErrorCode::Device,
-                       formatString("the NVIDIA driver knows CUDA %s, expected %s or later; update the driver or take "
-                                    "--backend cpu",
-                                    versionText(driver).c_str(), versionText(runtime).c_str()));
+        return unusable(ErrorCode::Device, "the NVIDIA driver knows CUDA " + versionText(driver),
+                        versionText(runtime) + " or later", "update the driver");
     if (code == cudaErrorNoDevice || (code == cudaSuccess && count == 0))
-        return failure(ErrorCode::Device,
-                       "no NVIDIA GPU is visible, expected one; look at CUDA_VISIBLE_DEVICES or take "
-                       "--backend cpu");
+        return unusable(ErrorCode::Device, "no NVIDIA GPU is visible", "one", "look at CUDA_VISIBLE_DEVICES");
     cudaDeviceProp properties{};
     if (code == cudaSuccess)
         code = cudaGetDeviceProperties(&properties, ordinal);
     if (code == cudaSuccess)
         code = start(ordinal);
     if (isUnsupportedDevice(code))
-        return failure(ErrorCode::Unsupported,
-                       formatString("%s has compute capability %d.%d and driver %s, for which this build has no code, "
-                                    "expected 8.0 or later and a driver for CUDA %s; build with "
-                                    "CMAKE_CUDA_ARCHITECTURES=%d%d or take --backend cpu",
-                                    properties.name, properties.major, properties.minor, versionText(driver).c_str(),
-                                    versionText(runtime).c_str(), properties.major, properties.minor));
+        return unusable(ErrorCode::Unsupported,
+                        formatString("%s has compute capability %d.%d and driver %s, for which this build has no code",
+                                     properties.name, properties.major, properties.minor, versionText(driver).c_str()),
+                        "8.0 or later and a driver for CUDA " + versionText(runtime),
+                        formatString("build with CMAKE_CUDA_ARCHITECTURES=%d%d", properties.major, properties.minor));
     if (code != cudaSuccess)
-        return failure(ErrorCode::Device, formatString("the device does not start: %s (%s), expected success; take "
-                                                       "--backend cpu",
-                                                       cudaGetErrorString(code), cudaGetErrorName(code)));
+        return unusable(
+            ErrorCode::Device,
+            formatString("the device does not start: %s (%s)", cudaGetErrorString(code), cudaGetErrorName(code)),
+            "success", "");
     return {{"cuda", ordinal},
             true,
-            ErrorCode::Ok,
+            {},
             formatString("%s, %.1f GiB, compute capability %d.%d, %d multiprocessors, driver for CUDA %s",
                          properties.name, double(properties.totalGlobalMem) / double(1 << 30), properties.major,
                          properties.minor, properties.multiProcessorCount, versionText(driver).c_str()),
@@ -134,7 +133,7 @@ CudaDevice::CudaDevice(int ordinal) : m_ordinal(ordinal)
 {
     const DeviceInfo found = lookAtCudaDevice(ordinal);
     if (!found.usable)
-        throw Error(found.why, "cuda: " + found.text);
+        throw *found.fault;
     cudaDeviceProp properties{};
     GSC_CUDA_CHECK(cudaGetDeviceProperties(&properties, ordinal));
     m_limits = {uint32_t(properties.multiProcessorCount), properties.sharedMemPerBlockOptin};

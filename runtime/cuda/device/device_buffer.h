@@ -32,21 +32,23 @@ public:
             return false;
         release();
         if (m_budget.limit != 0 && m_budget.used + bytes > m_budget.limit)
-            throw Error(ErrorCode::OutOfMemory,
-                        formatString("cuda: %s takes %zu bytes of device memory beside %llu in use, expected at most "
-                                     "%llu in all; raise --vram-budget, choose a smaller --size or --backend cpu",
-                                     what, bytes, static_cast<unsigned long long>(m_budget.used),
-                                     static_cast<unsigned long long>(m_budget.limit)));
+            throw Error(ErrorCode::OutOfMemory, "cuda",
+                        formatString("%s takes %zu bytes of device memory beside %llu in use", what, bytes,
+                                     static_cast<unsigned long long>(m_budget.used)),
+                        formatString("at most %llu in all", static_cast<unsigned long long>(m_budget.limit)),
+                        "raise the budget of device memory, draw smaller images, or draw on the CPU")
+                .with({Setting::DeviceMemory, Setting::ImageSize, Setting::CpuBackend});
         void* data = nullptr;
         const cudaError_t code = cudaMalloc(&data, bytes);
         if (code == cudaErrorMemoryAllocation) {
             (void)cudaGetLastError();
             size_t left = 0, total = 0;
             (void)cudaMemGetInfo(&left, &total);
-            throw Error(ErrorCode::OutOfMemory,
-                        formatString("cuda: %s takes %zu bytes of device memory, of %zu only %zu are free, expected "
-                                     "enough; state a smaller --vram-budget, a smaller --size or --backend cpu",
-                                     what, bytes, total, left));
+            throw Error(
+                ErrorCode::OutOfMemory, "cuda",
+                formatString("%s takes %zu bytes of device memory, of %zu only %zu are free", what, bytes, total, left),
+                "enough", "lower the budget of device memory, draw smaller images, or draw on the CPU")
+                .with({Setting::DeviceMemory, Setting::ImageSize, Setting::CpuBackend});
         }
         GSC_CUDA_CHECK(code);
         m_data = static_cast<unsigned char*>(data);

@@ -290,10 +290,11 @@ void DeviceScene::checkNumbers(uint32_t last_source) const
 {
     const ModelParams& params = *m_host.params;
     if (m_anchors >= 1ull << kAnchorBits || (uint64_t(last_source) + 1) * params.n_offsets >= 1ull << 32)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("cuda: model has %llu anchors numbered to %u, of %u Gaussians each, expected fewer "
-                                 "than 2^30 anchors and 2^32 Gaussians; use --backend cpu",
-                                 static_cast<unsigned long long>(m_anchors), last_source, params.n_offsets));
+        throw Error(ErrorCode::Unsupported, "cuda",
+                    formatString("model has %llu anchors numbered to %u, of %u Gaussians each",
+                                 static_cast<unsigned long long>(m_anchors), last_source, params.n_offsets),
+                    "fewer than 2^30 anchors and 2^32 Gaussians", "draw on the CPU")
+            .with({Setting::CpuBackend});
 }
 
 void DeviceScene::loadOrigins(const CudaStream& stream)

@@ -160,10 +160,11 @@ uint32_t grownPasses(const FrameRoom& room, const FrameNeeds& needs, uint32_t pa
     const FrameCapacity most = mostOf(room, capacity.visible, per_slot);
     if (passes == kMaxPasses) { // all Gaussians at one depth, or a budget far too small
         if (withSlack(needs.pairs) > UINT32_MAX)
-            throw Error(ErrorCode::OutOfMemory,
-                        formatString("cuda: %llu pairs of splat and bin in one pass, expected fewer than 2^32; "
-                                     "choose a smaller --size or --backend cpu",
-                                     static_cast<unsigned long long>(needs.pairs)));
+            throw Error(
+                ErrorCode::OutOfMemory, "cuda",
+                formatString("%llu pairs of splat and bin in one pass", static_cast<unsigned long long>(needs.pairs)),
+                "fewer than 2^32", "draw smaller images, or draw on the CPU")
+                .with({Setting::ImageSize, Setting::CpuBackend});
         capacity.slots = clamped(std::max<uint64_t>(capacity.slots, withSlack(needs.slots)));
         capacity.pairs = clamped(std::max<uint64_t>(capacity.pairs, withSlack(needs.pairs)));
         return passes;

@@ -88,14 +88,12 @@ FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, 
 {
     checkReuse("cuda", options.reuse.policy);
     if (options.reuse.policy != ReusePolicy::None && tier == Tier::Exact)
-        throw Error(ErrorCode::Unsupported, "cuda: reuse in the tier exact, expected reuse policy none there; use the "
-                                            "tier fast, if the model has it, or the backend cpu");
+        throw Error(ErrorCode::Unsupported, "cuda", "reuse in the tier exact", "reuse policy none there",
+                    "use the tier fast, if the model has it, or the backend cpu");
     if (options.detail > 0 && options.tier == Tier::Exact)
-        throw Error(
-            ErrorCode::Unsupported,
-            formatString("cuda: detail of %g pixels in the tier exact, expected 0 there; use the tier fast or the "
-                         "backend cpu",
-                         double(options.detail)));
+        throw Error(ErrorCode::Unsupported, "cuda",
+                    formatString("detail of %g pixels in the tier exact", double(options.detail)), "0 there",
+                    "use the tier fast or the backend cpu");
     FrameShape shape{};
     uint32_t width = 0, height = 0;
     for (uint32_t e = 0; e < eye_count; ++e) {
@@ -108,10 +106,10 @@ FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, 
     // low bins cut long lists shorter; an image too high for them takes bins of twice the height
     shape.grid.height = height <= kMaxBins * 16 ? 16 : 32;
     if (width > kMaxBins * kBinWidth || height > kMaxBins * shape.grid.height)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("cuda: image of %u x %u pixels, expected at most %u x %u; choose a smaller size or "
-                                 "--backend cpu",
-                                 width, height, kMaxBins * kBinWidth, kMaxBins * 32));
+        throw Error(ErrorCode::Unsupported, "cuda", formatString("image of %u x %u pixels", width, height),
+                    formatString("at most %u x %u", kMaxBins * kBinWidth, kMaxBins * 32),
+                    "draw smaller images, or draw on the CPU")
+            .with({Setting::ImageSize, Setting::CpuBackend});
     shape.grid.columns = (width + kBinWidth - 1) / kBinWidth;
     shape.grid.rows = (height + shape.grid.height - 1) / shape.grid.height;
     shape.eye_count = eye_count;

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,11 +26,10 @@ std::string deviceText(const DeviceId& device);
 struct DeviceInfo {
     DeviceId id;
     bool usable = false;
-    ErrorCode why =
-        ErrorCode::Ok;     // not usable: Device, no such device or driver; Unsupported, none this build has code for
-    std::string text;      // usable: what draws; otherwise what is wrong and what to do
-    std::string name = {}; // of a GPU, usable
-    uint64_t memory_bytes = 0; // its own; 0 = the host's
+    std::optional<Error> fault; // of one not usable: Device, no such device or driver; Unsupported, no code for it
+    std::string text;           // usable: what draws; otherwise what is wrong and what to do
+    std::string name = {};      // of a GPU, usable
+    uint64_t memory_bytes = 0;  // its own; 0 = the host's
 };
 
 // Names of this build's backends, best first, usable or not.
