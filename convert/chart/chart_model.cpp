@@ -98,43 +98,54 @@ Json foveaJson(const std::optional<FoveaAccuracy>& fovea)
     return {{"inside", partJson(fovea->inside)}, {"outside", partJson(fovea->outside)}};
 }
 
+Json accuracyJson(const Accuracy& accuracy)
+{
+    return {{"pooled", rounded(accuracy.psnr_pooled)},
+            {"p1", rounded(accuracy.psnr_p1)},
+            {"min", rounded(accuracy.psnr_min)},
+            {"max_error", rounded(accuracy.max_error)},
+            {"temporal_max", accuracy.temporal.images ? rounded(accuracy.temporal.max) : Json()},
+            {"ssim", accuracy.ssim.frames ? rounded(accuracy.ssim.mean) : Json()},
+            {"flip", accuracy.flip.frames ? rounded(accuracy.flip.mean) : Json()},
+            {"fovea", foveaJson(accuracy.fovea)}};
+}
+
+// A scored frame has a number where they are listed; else the first and how many frames lie between two tell it.
+Json framesJson(const ChartRun& row, const Accuracy& accuracy)
+{
+    return {{"first_scored", accuracy.scored.first},      {"every_scored", accuracy.scored.every},
+            {"listed", accuracy.scored.listed},           {"wall", roundedSeries(row.wall_ms)},
+            {"psnr", roundedSeries(accuracy.frame_psnr)}, {"temporal", roundedSeries(accuracy.frame_temporal)},
+            {"decoded", roundedSeries(row.decoded)}};
+}
+
 Json rowJson(const ChartRun& row, const std::string& name, const ChartRun* baseline)
 {
+    const Accuracy accuracy = row.accuracy.value_or(Accuracy());
     const bool overlaps = baseline && baseline != &row && baseline->rounds * row.rounds > 1 &&
                           row.least_ms <= baseline->most_ms && baseline->least_ms <= row.most_ms;
-    return {{"name", name},
-            {"method", methodOf(row.config)},
-            {"baseline", false},
-            {"ms",
-             {{"mean", rounded(row.ms.wall.mean)},
-              {"median", rounded(row.ms.wall.median)},
-              {"p95", rounded(row.ms.wall.p95)},
-              {"p99", rounded(row.ms.wall.p99)},
-              {"max", rounded(row.ms.wall.max)}}},
-            {"repeats", repeatsJson(row)},
-            {"device_ms", rounded(row.ms.device.median)},
-            {"decode_ms", rounded(row.ms.stages[kDecodeStage].median)},
-            {"speedup", baseline ? rounded(baseline->ms.wall.median / row.ms.wall.median) : Json(nullptr)},
-            {"in_noise", overlaps},
-            {"pooled", rounded(row.accuracy.psnr_pooled)},
-            {"p1", rounded(row.accuracy.psnr_p1)},
-            {"min", rounded(row.accuracy.psnr_min)},
-            {"max_error", rounded(row.accuracy.max_error)},
-            {"temporal_max", row.accuracy.temporal.images ? rounded(row.accuracy.temporal.max) : Json()},
-            {"ssim", row.accuracy.ssim.frames ? rounded(row.accuracy.ssim.mean) : Json()},
-            {"flip", row.accuracy.flip.frames ? rounded(row.accuracy.flip.mean) : Json()},
-            {"fovea", foveaJson(row.accuracy.fovea)},
-            {"decoded", rounded(row.reuse.decoded.mean)},
-            {"hit_rate", rounded(row.reuse.hit_rate)},
-            {"cache_bytes", row.reuse.cache_bytes},
-            {"peak_bytes", row.peak_bytes},
-            {"frames",
-             {{"first_scored", row.accuracy.first_frame},
-              {"every_scored", row.accuracy.every_frame},
-              {"wall", roundedSeries(row.wall_ms)},
-              {"psnr", roundedSeries(row.accuracy.frame_psnr)},
-              {"temporal", roundedSeries(row.accuracy.frame_temporal)},
-              {"decoded", roundedSeries(row.decoded)}}}};
+    Json json = {{"name", name},
+                 {"method", methodOf(row.config)},
+                 {"baseline", false},
+                 {"ms",
+                  {{"mean", rounded(row.ms.wall.mean)},
+                   {"median", rounded(row.ms.wall.median)},
+                   {"p95", rounded(row.ms.wall.p95)},
+                   {"p99", rounded(row.ms.wall.p99)},
+                   {"max", rounded(row.ms.wall.max)}}},
+                 {"repeats", repeatsJson(row)},
+                 {"device_ms", rounded(row.ms.device.median)},
+                 {"decode_ms", rounded(row.ms.stages[kDecodeStage].median)},
+                 {"speedup", baseline ? rounded(baseline->ms.wall.median / row.ms.wall.median) : Json(nullptr)},
+                 {"in_noise", overlaps},
+                 {"scored", row.accuracy.has_value()}};
+    json.update(accuracyJson(accuracy));
+    json.update({{"decoded", rounded(row.reuse.decoded.mean)},
+                 {"hit_rate", rounded(row.reuse.hit_rate)},
+                 {"cache_bytes", row.reuse.cache_bytes},
+                 {"peak_bytes", row.peak_bytes},
+                 {"frames", framesJson(row, accuracy)}});
+    return json;
 }
 
 std::vector<size_t> frontOf(const Panel& panel, double Accuracy::*psnr, const std::vector<size_t>& members)
@@ -142,10 +153,11 @@ std::vector<size_t> frontOf(const Panel& panel, double Accuracy::*psnr, const st
     std::vector<SpeedAccuracy> points;
     std::vector<size_t> sound; // speed with broken images is no merit
     for (const size_t i : members) {
-        if (!(panel.rows[i]->accuracy.*psnr > kBrokenPsnr))
+        const std::optional<Accuracy>& accuracy = panel.rows[i]->accuracy;
+        if (!accuracy || !((*accuracy).*psnr > kBrokenPsnr))
             continue;
         sound.push_back(i);
-        points.push_back({panel.rows[i]->ms.wall.median, panel.rows[i]->accuracy.*psnr});
+        points.push_back({panel.rows[i]->ms.wall.median, (*accuracy).*psnr});
     }
     std::vector<size_t> front;
     for (const size_t i : paretoFront(points))
@@ -334,7 +346,7 @@ Json factsJson(const std::vector<ChartRun>& rows, size_t panels)
     });
     add("Measured with", [](const ChartRun& row) { return toolWords(row); });
     add("Label", [](const ChartRun& row) { return row.label; });
-    facts.push_back({"Runs", formatString("%zu in %zu comparison%s", rows.size(), panels, panels == 1 ? "" : "s")});
+    facts.push_back({"Runs", formatCount(rows.size()) + " in " + formatCount(panels, "comparison")});
     return facts;
 }
 

@@ -18,9 +18,10 @@ namespace gsc {
 //    "rows": [{"name", "method": "detail" or the policy, "baseline": bool, "ms": {mean, median, p95, p99, max},
 //              "repeats": {count, min, max} of the median or null, "device_ms", "decode_ms", "speedup",
 //              "in_noise": bool, the repeats overlap those of the baseline,
-//              "pooled", "p1", "min", "max_error", "temporal_max", "ssim", "flip",
+//              "scored": bool, the next mean something: "pooled", "p1", "min", "max_error", "temporal_max", "ssim", "flip",
 //              "fovea": {"inside" | "outside": {"pooled", "min", "flip"} or null} or null, "decoded", "hit_rate",
-//              "cache_bytes", "peak_bytes", "frames": {"wall", "psnr", "temporal", "decoded"},
+//              "cache_bytes", "peak_bytes", "frames": {"first_scored", "every_scored", "listed", "wall", "psnr",
+//              "temporal", "decoded"},
 //              "hue": of the method, "shade": 0..1, "dash"}],    one configuration looks the same on the whole page
 //    "views": {"min" | "pooled": {"front": [row, ...], "shown": [row, ...]}}}]}
 // Decibels are null where images are equal and kBrokenPsnr where one is not finite, which keeps a run off the front;

@@ -16,7 +16,7 @@ namespace gsc {
 //    "curves": [{"name",                                                     of the model; and of what draws, where that differs
 //      "points": [{"target": dB or null, the model itself, "anchors", "archive": bytes, "per_anchor": bytes of the
 //                  archive by anchors of the model, "file", "resident", "frame", "decode": ms, "detail": [ms of each of
-//                  kTimedDetails] or null, "poses",
+//                  kTimedDetails], "poses",
 //                  "psnr", "worst_psnr", "worst": pose, "ssim", "worst_ssim", "flip", "worst_flip"}]}]}]}
 // Decibels are null where pictures are equal. Numbers have five digits. Curves must not be empty.
 nlohmann::ordered_json curveModel(const std::vector<ChartCurve>& curves);

@@ -61,8 +61,11 @@ std::vector<std::string> sceneWords(const ChartRun& row)
             numberWords("field of view %g degrees", config.fov_degrees),
             numberWords("near plane %g", config.near_z),
             numberWords("appearance %.0f", config.appearance, -1),
-            formatCount(config.frames) + (config.frames == 1 ? " frame" : " frames"),
-            config.warmup ? "times without the first " + formatCount(config.warmup) : std::string(),
+            formatCount(config.frames, "frame"),
+            config.frames == config.shots ? std::string() : "round " + formatCount(config.shots, "camera"),
+            config.warmup == 0 ? std::string()
+            : config.cold      ? "times without the first " + formatCount(config.warmup)
+                               : formatCount(config.warmup) + " before them as a warm-up",
             config.cameras,
             formatCount(file.anchors) + " anchors",
             formatBytes(file.bytes)};
@@ -81,10 +84,12 @@ std::vector<std::string> configWords(const ChartRun& row)
         numberWords("LOD fade %g", config.lod_fade),
         numberWords("LOD hysteresis %g", config.lod_hysteresis),
         numberWords("detail %g", config.detail),
+        numberWords("target %g ms", config.target_ms),
+        config.frames_in_flight > 1 ? formatCount(config.frames_in_flight) + " frames in flight" : std::string(),
         numberWords(config.fovea_pixels == 1 ? "foveation to %g pixel" : "foveation to %g pixels", config.fovea_pixels),
         config.stereo != "exact" ? "stereo " + config.stereo : std::string(),
         config.cold ? "cold start" : "warm start",
-        config.threads ? formatCount(config.threads) + (config.threads == 1 ? " thread" : " threads") : std::string(),
+        config.threads ? formatCount(uint64_t(config.threads), "thread") : std::string(),
         config.vram_budget ? "VRAM at most " + formatBytes(config.vram_budget) : std::string(),
         row.reference_file ? "of " + fileName(row.file) : std::string(),
         row.label,
@@ -108,6 +113,7 @@ std::string optionsToType(const RowConfig& config)
     }
     text += numberWords(" --lod-bias %g", config.lod_bias) + numberWords(" --lod-fade %g", config.lod_fade) +
             numberWords(" --lod-hysteresis %g", config.lod_hysteresis);
+    text += numberWords(" --target-ms %g", config.target_ms);
     if (config.fovea_pixels > 0)
         text += formatString(" --foveation fixed --fovea-pixels %g", config.fovea_pixels);
     if (config.eyes == 2)

@@ -22,11 +22,17 @@ std::string msWords(double ms)
     return formatString("%.*f", ms >= 100 ? 0 : ms >= 10 ? 1 : ms >= 1 ? 2 : 3, ms);
 }
 
+// PSNR of the worst frame; that of a broken picture where none was scored.
+double worstOf(const ChartRun& run)
+{
+    return run.accuracy ? run.accuracy->psnr_min : kBrokenPsnr;
+}
+
 std::optional<size_t> fastestOf(const Runs& runs, double floor)
 {
     std::optional<size_t> best;
     for (size_t i = 0; i < runs.size(); ++i)
-        if (runs[i]->accuracy.psnr_min >= floor && (!best || runs[i]->ms.wall.median < runs[*best]->ms.wall.median))
+        if (worstOf(*runs[i]) >= floor && (!best || runs[i]->ms.wall.median < runs[*best]->ms.wall.median))
             best = i;
     return best;
 }
@@ -55,13 +61,15 @@ std::string costWords(const ChartRun& run, const Json& row)
 
 Json noneKeeps(const Runs& runs, const Json& rows, const std::vector<int>& floors)
 {
-    const auto best = std::max_element(runs.begin(), runs.end(), [](const ChartRun* a, const ChartRun* b) {
-        return a->accuracy.psnr_min < b->accuracy.psnr_min;
-    });
+    if (std::ranges::none_of(runs, [](const ChartRun* run) { return run->accuracy.has_value(); }))
+        return {{"run", ""},
+                {"text", "No run was scored against exact; gsc-play bench does so with --quality or --score-every."},
+                {"options", ""}};
+    const auto best = std::ranges::max_element(runs, {}, [](const ChartRun* run) { return worstOf(*run); });
     std::string text = "No run keeps " + floorWords(floors, " or ");
-    if ((*best)->accuracy.psnr_min > kBrokenPsnr)
+    if (worstOf(**best) > kBrokenPsnr)
         text += "; " + rows[size_t(best - runs.begin())]["name"].get<std::string>() +
-                formatString(" comes nearest with %.1f dB", (*best)->accuracy.psnr_min);
+                formatString(" comes nearest with %.1f dB", worstOf(**best));
     return {{"run", ""}, {"text", text + "."}, {"options", ""}};
 }
 

@@ -75,22 +75,26 @@ struct ChartInput {
     std::optional<PageKind> kind;
     RunSet runs;
     std::vector<ChartTrace> traces;
-    std::vector<ChartCurve> curves;
+
+    [[nodiscard]] size_t points() const // of the curves
+    {
+        size_t count = 0;
+        for (const ChartCurve& curve : runs.curves)
+            count += curve.rows.size();
+        return count;
+    }
 };
 
 const char* nameOf(PageKind kind)
 {
-    return kind == PageKind::Service ? "traces of a service"
-           : kind == PageKind::Curve ? "curves of models"
-                                     : "runs of a sweep";
+    return kind == PageKind::Service ? "traces of a service" : kind == PageKind::Curve ? "curves of models" : "runs";
 }
 
 void checkOneKind(const ChartInput& input, const std::string& path, PageKind kind)
 {
     if (input.kind && *input.kind != kind)
         throw Error(ErrorCode::Usage, path, std::string("holds ") + nameOf(kind),
-                    std::string(nameOf(*input.kind)) + " as in the files before it",
-                    "draw them with a command of their own");
+                    std::string(nameOf(*input.kind)) + " as before it", "draw them with a command of their own");
 }
 
 ChartInput readInput(const ChartOptions& options, Reporter& report)
@@ -98,30 +102,31 @@ ChartInput readInput(const ChartOptions& options, Reporter& report)
     ChartInput found;
     RunSet& runs = found.runs;
     for (const std::string& input : options.inputs) {
-        const std::string text = readInputText(
-            input, kMaxRuns, "rows of gsc-play bench --sweep, the trace of a service, or a curve of gsc bake");
-        const PageKind kind = isTraceText(text)   ? PageKind::Service
-                              : isCurveText(text) ? PageKind::Curve
-                                                  : PageKind::Runs;
-        checkOneKind(found, input, kind);
-        if (kind == PageKind::Service)
+        const std::string text =
+            readInputText(input, kMaxRuns, "rows of gsc-play bench or gsc bake --curve, or the trace of a service");
+        const size_t rows = runs.rows.size(), points = found.points();
+        if (isTraceText(text))
             addTraces(text, input, found.traces);
-        else if (kind == PageKind::Curve)
-            addCurves(text, input, found.curves);
         else
             addRuns(text, input, runs);
-        if (kind != PageKind::Runs || !runs.rows.empty()) // a file may have no run
+        const auto take = [&](PageKind kind) {
+            checkOneKind(found, input, kind);
             found.kind = kind;
+        };
+        if (isTraceText(text)) // a file may have no run
+            take(PageKind::Service);
+        if (runs.rows.size() > rows)
+            take(PageKind::Runs);
+        if (found.points() > points)
+            take(PageKind::Curve);
     }
-    if (found.kind && found.kind != PageKind::Runs)
-        return found;
     foldRepeats(runs);
     for (const std::string& note : runs.notes)
         report.warning(note);
-    if (runs.rows.empty())
-        throw Error(ErrorCode::InvalidFile,
-                    options.inputs.front() + (options.inputs.size() > 1 ? " and the others" : ""),
-                    "no line of gsc.run/1 in it", "at least one", "gsc-play bench --sweep writes them");
+    if (!found.kind)
+        throw Error(
+            ErrorCode::InvalidFile, options.inputs.front() + (options.inputs.size() > 1 ? " and the others" : ""),
+            std::string("no line of ") + kRunSchema + " in it", "at least one", "gsc-play bench --out writes them");
     return found;
 }
 
@@ -168,7 +173,7 @@ Json curvesJson(const std::vector<ChartCurve>& curves)
 {
     Json list = Json::array();
     for (const ChartCurve& curve : curves)
-        list.push_back({{"model", curve.rows.front().model}, {"points", curve.rows.size()}});
+        list.push_back({{"model", curve.rows.front().file.path}, {"points", curve.rows.size()}});
     return list;
 }
 
@@ -188,7 +193,7 @@ Json reportJson(const ChartOptions& options, const ChartInput& input, const Json
             {"duplicates", runs.duplicates},
             {"comparisons", input.kind == PageKind::Runs ? comparisonsJson(model) : Json::array()},
             {"traces", tracesJson(input.traces)},
-            {"curves", curvesJson(input.curves)},
+            {"curves", curvesJson(input.runs.curves)},
             {"figures", std::move(names)}};
 }
 
@@ -197,7 +202,7 @@ ErrorCode runChart(const ChartOptions& options, Reporter& report)
     checkOutputs(options, report);
     const ChartInput input = readInput(options, report);
     const Json model = input.kind == PageKind::Service ? traceModel(input.traces)
-                       : input.kind == PageKind::Curve ? curveModel(input.curves)
+                       : input.kind == PageKind::Curve ? curveModel(input.runs.curves)
                                                        : chartModel(input.runs.rows);
     const std::string page = chartPage(model);
     std::vector<FigureFile> figures;
@@ -216,7 +221,7 @@ ErrorCode runChart(const ChartOptions& options, Reporter& report)
     report.endProgress(false);
     if (report.json())
         report.object(reportJson(options, input, model, figures));
-    const size_t count = input.runs.rows.size() + input.traces.size() + input.curves.size(); // two of them are 0
+    const size_t count = input.runs.rows.size() + input.traces.size() + input.runs.curves.size(); // two of them are 0
     const char* const what = input.kind == PageKind::Service ? "trace"
                              : input.kind == PageKind::Curve ? "curve"
                                                              : "run";
@@ -232,10 +237,10 @@ void addChartCommand(CLI::App& app, Invocation& invocation)
     CLI::App& command = addCommand(
         app, "chart",
         "Draw measurements as one HTML page: speed against accuracy, the trace of a service, or the cost of quality");
-    addTexts(command, "RUNS", options->inputs, "FILE.jsonl...",
-             "files of JSON lines from gsc-play bench --sweep, traces of services, or files of gsc bake --curve; - is "
-             "standard "
-             "input")
+    addTexts(
+        command, "RUNS", options->inputs, "FILE.jsonl...",
+        "rows of gsc-play bench --out, gsc-play stability --format json or gsc bake --curve, or traces of services; "
+        "- is standard input")
         .required();
     addText(command, "-o,--output", options->output, "FILE.html", "page to write; - is standard output").required();
     addFlag(command, "-w,--overwrite", options->overwrite, "replace files that exist");

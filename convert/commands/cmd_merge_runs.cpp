@@ -83,11 +83,10 @@ void addMergeRunsCommand(CLI::App& app, Invocation& invocation)
             "join the rows that are there, such as where a backend left runs of a sweep out")
         .rare();
     addReporterOptions(command, invocation.reporter, false);
-    setFooter(command, "Rows stand in the order of the run, whatever the order of the files; those of\n"
-                       "gsc-play stability become its one report. Refused: a task without a row or with\n"
-                       "two, and rows of another model, configuration, number of shards or version of\n"
-                       "gsc-play. Exit code: 8 where a trajectory of gsc-play stability exceeds a bound,\n"
-                       "after the report is written.\n"
+    setFooter(command, "Rows stand in the order of the run, whatever the order of the files. Refused: a\n"
+                       "task without a row or with two, and rows of another model, configuration, number\n"
+                       "of shards or version of gsc-play. Exit code: 8 where a trajectory of gsc-play\n"
+                       "stability exceeds a bound, after the rows are written.\n"
                        "\n"
                        "example:\n"
                        "  gsc merge-runs shard_*.jsonl -o runs.jsonl && \\\n"

@@ -54,9 +54,9 @@ void refuseSystemFolder(const std::string& path, const std::string& folder)
     struct statfs system {};
     const bool is_proc = ::statfs(folder.c_str(), &system) == 0 && system.f_type == PROC_SUPER_MAGIC;
     if (is_proc || folder == "/dev" || folder == "/dev/fd")
-        throw Error(ErrorCode::Io, path, std::string("lies in ") + (is_proc ? "/proc" : "/dev") + " and is no regular file",
-                    "the name of a file to write",
-                    "choose another name, or - for standard output where the output is a text");
+        throw Error(
+            ErrorCode::Io, path, std::string("lies in ") + (is_proc ? "/proc" : "/dev") + " and is no regular file",
+            "the name of a file to write", "choose another name, or - for standard output where the output is a text");
 }
 
 } // namespace

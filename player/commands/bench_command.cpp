@@ -5,11 +5,10 @@
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
 #include "runtime/records/row_file.h"
-#include "player/sweep/run_facts.h"
+#include "player/measure/run_text.h"
 #include "player/sweep/sweep.h"
 #include "runtime/cli/options.h"
 #include "player/commands/worker_flags.h"
-#include "player/measure/bench_rows.h"
 
 #include <memory>
 
@@ -54,11 +53,11 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
     addBackend(app, "--reference", options.reference, false, "backend that renders exact for scores").rare();
     addText(app, "--label", options.label, "TEXT", "text for the report, such as what changed").rare();
     addText(app, "--out", options.out, "FILE.jsonl",
-            "file to add one line to (schemas/bench-report.schema.json); - is standard output");
+            "file to add one row to (schemas/run.schema.json), which gsc chart draws; - is standard output");
     OptionHandle sweep = addText(app, "--sweep", options.sweep, "FILE.json",
                                  "run every combination that the file asks for (schemas/sweep.schema.json), each from "
-                                 "a cold start, scored against exact; a row for each is added to --out "
-                                 "(schemas/run.schema.json), from which a sweep that was stopped goes on");
+                                 "a cold start, scored against exact; a row for each is added to --out, "
+                                 "from which a sweep that was stopped goes on");
     for (const char* fixed : {"--cameras", "--frames", "--warmup", "--measure", "--quality", "--score-every",
                               "--score-first", "--target-ms", "--frames-in-flight", "--gpus", "--devices"})
         sweep.excludes(optionOf(app, fixed)); // the file says these
@@ -90,12 +89,12 @@ ErrorCode runSweep(const BenchOptions& options, Reporter& report)
 
 ErrorCode runBench(const BenchOptions& options, Reporter& report)
 {
-    const BenchSummary summary = bench(options, report);
+    const RunRow row = bench(options, report);
     report.endProgress(false);
-    const std::string json = benchReportJson(options, summary);
+    const std::string json = jsonText(toJson(row), -1);
     if (!options.out.empty())
-        addRow(options.out, kBenchRow, json);
-    const std::string text = report.json() ? json : benchReportText(options, summary);
+        addRow(options.out, kRunRow, json);
+    const std::string text = report.json() ? json : benchText(row);
     isStandardOutput(options.out) ? report.tell(text) : report.text(text);
     return ErrorCode::Ok;
 }

@@ -40,7 +40,7 @@ void addStabilityOptions(CLI::App& app, StabilityOptions& options)
               "largest p99 of the frame time, in medians; 0 = no bound")
         .rare();
     addText(app, "--out", options.out, "FILE.jsonl",
-            "with --shard: file to write a line to for each trajectory (schemas/stability-report.schema.json); a shard "
+            "with --shard: file to write a row to for each trajectory (schemas/run.schema.json); a shard "
             "that was stopped goes on there. gsc merge-runs judges the bounds, and exits with 8 if one is passed");
     addShard(app, options.play, "the trajectories", "--out");
 }
@@ -49,7 +49,11 @@ ErrorCode runStability(const StabilityOptions& options, Reporter& report)
 {
     const StabilitySummary summary = stability(options, report);
     report.endProgress(false);
-    report.text(report.json() ? stabilityReportJson(options, summary) : stabilityReportText(options, summary));
+    if (!report.json())
+        report.text(stabilityText(options, summary));
+    else
+        for (const RunRow& row : summary.rows)
+            report.text(jsonText(toJson(row), -1));
     // whether the test passed is known of all shards together: gsc merge-runs says so
     return summary.passed() || options.play.shard.isGiven() ? ErrorCode::Ok : ErrorCode::Difference;
 }

@@ -11,51 +11,46 @@ std::optional<ServiceStats> serviceStats(const Renderer& renderer)
     return shared != nullptr ? std::optional(shared->stats()) : std::nullopt;
 }
 
-OrderedJson workersJson(const std::optional<ServiceStats>& stats)
+std::optional<ServiceFacts> serviceFacts(const std::optional<ServiceStats>& stats)
 {
     if (!stats)
-        return {};
-    OrderedJson list = OrderedJson::array();
-    for (const WorkerStats& worker : stats->workers)
-        list.push_back({{"device", deviceText(worker.device)},
-                        {"name", worker.name},
-                        {"state", workerStateName(worker.state)},
-                        {"parts", worker.parts},
-                        {"busy_ms", worker.busy_ms},
-                        {"load_ms", worker.load_ms},
-                        {"starts", worker.starts},
-                        {"stops", worker.stops},
-                        {"faults", worker.faults},
-                        {"last_fault", worker.last_fault.empty() ? OrderedJson() : OrderedJson(worker.last_fault)}});
-    OrderedJson wire;
+        return std::nullopt;
+    ServiceFacts facts{serviceModeName(stats->plan.mode), stats->plan.workers, stats->plan_cause, std::nullopt, {}};
     if (const RemoteWorkers* const remote = remoteWorkers()) {
         const WireBytes bytes = remote->wire();
-        wire = {{"bytes", bytes.all}, {"picture_bytes", bytes.pictures}};
+        facts.wire = {bytes.all, bytes.pictures};
     }
-    return {{"mode", serviceModeName(stats->plan.mode)},
-            {"sharing", stats->plan.workers},
-            {"cause", stats->plan_cause.empty() ? OrderedJson() : OrderedJson(stats->plan_cause)},
-            {"wire", std::move(wire)},
-            {"list", std::move(list)}};
+    for (const WorkerStats& worker : stats->workers)
+        facts.list.push_back({deviceText(worker.device), worker.name, workerStateName(worker.state), worker.parts,
+                              worker.busy_ms, worker.load_ms, worker.starts, worker.stops, worker.faults,
+                              worker.last_fault});
+    return facts;
 }
 
-std::string workersText(const std::optional<ServiceStats>& stats)
+OrderedJson workersJson(const std::optional<ServiceStats>& stats)
 {
-    if (!stats)
+    const std::optional<ServiceFacts> facts = serviceFacts(stats);
+    return facts ? toJson(*facts) : OrderedJson();
+}
+
+std::string workersText(const std::optional<ServiceFacts>& service)
+{
+    if (!service)
         return {};
-    std::string text = formatString("mode %s, %u of %s %s%s%s\n", serviceModeName(stats->plan.mode),
-                                    stats->plan.workers, formatCount(stats->workers.size(), "worker").c_str(),
-                                    stats->plan.workers == 1                 ? "draws"
-                                    : stats->plan.mode == ServiceMode::Frame ? "take turns"
-                                                                             : "share each frame",
-                                    stats->plan_cause.empty() ? "" : ": ", stats->plan_cause.c_str());
-    for (const WorkerStats& worker : stats->workers) {
-        text += formatString("  %-8s %-24s %s, parts %s, busy %.0f ms, starts %u, stops %u",
-                             deviceText(worker.device).c_str(), worker.name.c_str(), workerStateName(worker.state),
-                             formatCount(worker.parts).c_str(), worker.busy_ms, worker.starts, worker.stops);
-        text += worker.faults > 0
-                    ? formatString(", faults %u, the last: %s\n", worker.faults, worker.last_fault.c_str())
-                    : "\n";
+    std::string text = formatString("mode %s, %llu of %s %s%s%s\n", service->mode.c_str(),
+                                    static_cast<unsigned long long>(service->sharing),
+                                    formatCount(service->list.size(), "worker").c_str(),
+                                    service->sharing == 1                                  ? "draws"
+                                    : service->mode == serviceModeName(ServiceMode::Frame) ? "take turns"
+                                                                                           : "share each frame",
+                                    service->cause.empty() ? "" : ": ", service->cause.c_str());
+    for (const WorkerFacts& worker : service->list) {
+        text += formatString("  %-8s %-24s %s, parts %s, busy %.0f ms, starts %s, stops %s", worker.device.c_str(),
+                             worker.name.c_str(), worker.state.c_str(), formatCount(worker.parts).c_str(),
+                             worker.busy_ms, formatCount(worker.starts).c_str(), formatCount(worker.stops).c_str());
+        text += worker.faults > 0 ? formatString(", faults %s, the last: %s\n", formatCount(worker.faults).c_str(),
+                                                 worker.last_fault.c_str())
+                                  : "\n";
     }
     return text;
 }

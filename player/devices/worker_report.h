@@ -2,7 +2,7 @@
 // Counts, times and states of devices that draw together, for the reports.
 #pragma once
 
-#include "runtime/cli/json.h"
+#include "runtime/records/run_parts.h"
 #include "runtime/service/service_renderer.h"
 
 #include <optional>
@@ -13,9 +13,11 @@ namespace gsc {
 // Numbers of the service behind `renderer`, if several devices draw for it (ServiceRenderer); none of another.
 std::optional<ServiceStats> serviceStats(const Renderer& renderer);
 
-// "workers" of a report (schemas/bench-report.schema.json); null without.
+std::optional<ServiceFacts> serviceFacts(const std::optional<ServiceStats>& stats);
+
+// "workers" of a report; null without.
 OrderedJson workersJson(const std::optional<ServiceStats>& stats);
 // Some lines; empty without.
-std::string workersText(const std::optional<ServiceStats>& stats);
+std::string workersText(const std::optional<ServiceFacts>& service);
 
 } // namespace gsc

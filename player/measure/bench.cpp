@@ -2,18 +2,20 @@
 #include "player/measure/bench.h"
 
 #include <gsc/error.h>
-#include "player/devices/worker_report.h"
-#include "player/frames/lod_target.h"
-#include "player/measure/bench_scores.h"
+#include <gsc/scene.h>
 #include "kernels/threads/stopwatch.h"
 #include "player/devices/open_renderer.h"
 #include "player/devices/worker_options.h"
-#include "runtime/records/row_file.h"
-#include "player/frames/shots.h"
+#include "player/devices/worker_report.h"
+#include "player/frames/content_hash.h"
+#include "player/frames/lod_target.h"
+#include "player/measure/bench_scores.h"
+#include "player/measure/row_output.h"
+#include "player/measure/work_facts.h"
 #include "runtime/frames/frame_loop.h"
-#include <gsc/scene.h>
+#include "runtime/records/row_file.h"
+#include "runtime/records/row_lines.h"
 #include "runtime/service/service_renderer.h"
-#include "player/measure/bench_rows.h"
 
 #include <algorithm>
 #include <chrono>
@@ -51,58 +53,72 @@ void checkFramesInFlight(const BenchOptions& options)
 
 } // namespace
 
-BenchSummary bench(const BenchOptions& options, Reporter& log)
+RunRow bench(const BenchOptions& options, Reporter& log)
 {
-    std::vector<NamedPath> inputs;
-    if (options.play.cameras.isFile())
-        inputs.push_back({options.play.cameras.file, "the camera file"});
-    checkRowOutput(options, inputs, log.json());
-    if (const RowFile rows = readBenchRows(options.out); !rows.cut_off.empty())
-        log.warning(rows.cut_off);
+    const PlayOptions& play = options.play;
+    std::vector<NamedPath> inputs = {{play.model.file, "the model"}};
+    if (play.cameras.isFile())
+        inputs.push_back({play.cameras.file, "the camera file"});
+    checkRowOutput(options.out, inputs, log.json());
+    const auto isRow = [&](const OrderedJson& json) {
+        (void)runRowOf(json, options.out);
+        return true;
+    };
+    if (const RowFile rows(options.out, kRunRow, isRow); !rows.cutOff().empty())
+        log.warning(rows.cutOff());
     checkFramesInFlight(options);
-    BenchSummary summary;
     const Clock::time_point open_start = Clock::now();
-    const std::shared_ptr<const Scene> scene = openScene(options.play.model, options.play.devices);
-    summary.open_ms = millisecondsSince(open_start);
-    summary.file = {options.play.model.file, scene->bytes(), scene->anchorCount()};
-    checkLevelOptions(*scene, options.play.model.file, options.play.frame);
-    ShotFacts facts;
-    const std::vector<Shot> shots =
-        chooseShots(*scene, options.play.model.file, options.play.cameras, options.play.view, log, &facts);
-    summary.frame = choiceOn(facts.no_path, options.play.frame, log);
-    summary.shots = shots.size();
+    const std::shared_ptr<const Scene> scene = openScene(play.model, play.devices);
+    const double open_ms = millisecondsSince(open_start);
+    checkLevelOptions(*scene, play.model.file, play.frame);
+    const Path path = openPath(*scene, play.model.file, play.cameras, play.view, play.cameras.file, log);
+    RunConfig run{choiceOn(path.no_path, play.frame, log), {}, false};
     if (options.scores_path)
-        checkScored(options.score, {options.play.cameras.file, {}, shots, 1, {}}, "--score-first");
+        checkScored(options.score, path, "--score-first");
 
-    const std::unique_ptr<Renderer> renderer =
-        openRenderer(options.play.model, options.play.devices, scene, log, summary.load_ms);
-    summary.backend = deviceText(renderer->id());
-    summary.ipd = shots.front().ipd;
-
-    summary.tier = renderer->tierOf(options.play.frame.tier);
-    std::optional<FrameGuard> guard = checkedGuard(*scene, options.play.model.file, summary.frame,
-                                                   {drawsDetail(summary.frame, renderer->id().backend, summary.tier)});
-    FrameLoop loop(*scene, shots, uint32_t(options.play.view.eyes), frameOptions(*scene, summary.frame), *renderer,
-                   guard ? &*guard : nullptr);
+    double load_ms = 0;
+    const std::unique_ptr<Renderer> renderer = openRenderer(play.model, play.devices, scene, log, load_ms);
+    run.backend = deviceText(renderer->id());
+    RunResult result;
+    result.tier = renderer->tierOf(play.frame.tier);
+    std::optional<FrameGuard> guard =
+        checkedGuard(*scene, play.model.file, run, {drawsDetail(run, renderer->id().backend, result.tier)});
+    FrameLoop loop(*scene, path.shots, path.eye_count, frameOptions(*scene, run), *renderer, guard ? &*guard : nullptr);
     const uint64_t total = uint64_t(options.warmup) + options.measured;
+    WorkContext work{run, path.eye_count, 0, {}, {}};
     // the measured frames start at the first shot whatever the warm-up was
-    const auto shot_of = [&](size_t i) { return (i >= options.warmup ? i - options.warmup : i) % shots.size(); };
+    const auto shot_of = [&](size_t i) { return (i >= options.warmup ? i - options.warmup : i) % path.shots.size(); };
     loop.run(total, options.in_flight, shot_of, nullptr, [&](size_t i, LoopFrame&, const TimedFrame& frame) {
         if (i >= options.warmup)
-            summary.frames.push_back(frame);
+            result.frames.push_back(frame);
         else
-            summary.warm_bytes = std::max(summary.warm_bytes, frame.result.bytes_resident);
+            work.warm_bytes = std::max(work.warm_bytes, frame.result.bytes_resident);
         log.progress("render", i + 1, total);
     });
-    summary.service = serviceStats(*renderer);
-    summary.device = renderer->device();
-    summary.anchor_cost = anchorCost(scene->view(), summary.tier);
-    summary.ceilings = ceilingsOf(*renderer, log);
+    const std::optional<ServiceStats> service = serviceStats(*renderer);
+    result.device = renderer->device(); // behind the last frame: its clocks are those of the run
+    work.anchor_cost = anchorCost(scene->view(), result.tier);
+    work.ceilings = ceilingsOf(*renderer, log);
 
+    RunContext context;
+    context.view = play.view;
+    context.devices = play.devices;
+    context.appearance = play.cameras.appearance;
+    context.label = options.label;
+    context.file = {play.model.file, scene->bytes(), scene->anchorCount()};
+    context.file_hash = fileHash(play.model.file);
+    context.warmup = options.warmup;
+    context.measured = options.measured;
+    context.in_flight = options.in_flight;
     if (scores(options))
-        scoreBench(options, scene, shots, *renderer, summary, log);
-    summary.warnings = log.warnings();
-    return summary;
+        result.accuracy = scoreBench(options, scene, path, run, *renderer, context, log);
+    RunRow row = runRow(context, rowConfig(context, path, run), run.backend, result);
+    row.open_ms = open_ms;
+    row.load_ms = load_ms;
+    row.work = workFacts(work, result.frames);
+    row.service = serviceFacts(service);
+    row.warnings = log.warnings();
+    return row;
 }
 
 } // namespace gsc

@@ -3,16 +3,16 @@
 #pragma once
 
 #include "player/measure/bench.h"
-#include "player/measure/runner.h"
+#include "player/measure/run_facts.h"
 
 #include <memory>
-#include <vector>
 
 namespace gsc {
 
-// Fills in what the summary says of quality. Where frames depend on those before them, the cameras are played from the first
-// on, from a cold start. Timings are not lost where there is no memory for it: that is a warning. Throws Error.
-void scoreBench(const BenchOptions& options, const std::shared_ptr<const Scene>& scene, const std::vector<Shot>& shots,
-                Renderer& renderer, BenchSummary& summary, Reporter& log);
+// Tells `context` which frames it scores against which backend. Where frames depend on those before them, the cameras are
+// played from the first on, from a cold start. Where there is no memory for it, that is a warning and there are no images.
+// Throws Error.
+Accuracy scoreBench(const BenchOptions& options, const std::shared_ptr<const Scene>& scene, const Path& path,
+                    const FrameChoice& choice, Renderer& renderer, RunContext& context, Reporter& log);
 
 } // namespace gsc

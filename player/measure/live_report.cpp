@@ -32,7 +32,7 @@ std::string liveReportText(const LiveOptions& options, const LiveSummary& summar
         of(PoseEnd::Expired).c_str(), of(PoseEnd::Failed).c_str(), still.c_str());
     text += formatString("latency from pose to picture: median %.2f ms, p95 %.2f ms, p99 %.2f ms, most %.2f ms\n",
                          latency.p50, latency.p95, latency.p99, latency.most);
-    text += workersText(summary.service);
+    text += workersText(serviceFacts(summary.service));
     size_t lines = 0;
     for (const TraceEvent& event : summary.trace.events) {
         if (++lines > kMostEvents)

@@ -60,7 +60,7 @@ FrameWork leastWork(const AnchorCost& anchor, const EyeCounts* eyes, uint32_t ey
 
 enum class Bound { None, Memory, Lanes, Exponentials, Matrix };
 
-const char* boundName(Bound bound); // as in schemas/bench-report.schema.json
+const char* boundName(Bound bound); // as in schemas/run.schema.json
 
 struct StageFloor {
     double ms = 0;

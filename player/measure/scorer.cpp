@@ -110,8 +110,7 @@ FoveaAccuracy FoveaScorer::result() const
 Scorer::Scorer(const ScoreOptions& options, std::unique_ptr<PictureScorer> pictures)
     : m_options(options), m_pictures(std::move(pictures))
 {
-    m_sums.first_frame = options.first;
-    m_sums.every_frame = options.every;
+    m_sums.scored = options;
 }
 
 void Scorer::addChanges(uint64_t frame, const PictureScores& scores)
@@ -128,9 +127,9 @@ void Scorer::addChanges(uint64_t frame, const PictureScores& scores)
 
 void Scorer::add(uint64_t frame, uint32_t eye, const PictureRef& image, const PictureRef& exact, const EyeGaze* gaze)
 {
-    const uint64_t number = (frame - m_options.first) / m_options.every; // among those scored
+    const uint64_t number = m_options.placeOf(frame);
     const auto isDue = [&](uint32_t every) { return every > 0 && number % every == 0; };
-    if (m_options.every > 1 && eye == 0)
+    if (!m_options.inARow() && eye == 0)
         m_pictures->forget();
     const PictureScores scores =
         m_pictures->score(eye, image, exact, {isDue(m_options.ssim_every), isDue(m_options.flip_every), gaze});

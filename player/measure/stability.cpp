@@ -3,7 +3,10 @@
 
 #include <gsc/error.h>
 #include "player/measure/measurer.h"
+#include "player/measure/run_facts.h"
+#include "player/measure/run_text.h"
 #include "player/shard/shard_rows.h"
+#include "runtime/records/row_lines.h"
 #include "player/frames/content_hash.h"
 #include "player/devices/open_renderer.h"
 #include "player/devices/worker_options.h"
@@ -17,7 +20,7 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
-#include <set>
+#include <map>
 
 namespace gsc {
 
@@ -89,50 +92,33 @@ void checkChanges(const StabilityOptions& options, const Path& path)
             "two frames or more", "pass --bound-temporal 0 too");
 }
 
-// All that changes the report besides times and memory.
-uint64_t stabilityHash(const StabilityOptions& options, const StabilitySummary& summary, const std::vector<Path>& paths)
+// Hash of all that changes what the trajectories give: their ids, in which devices are one, and the bounds.
+uint64_t stabilityHash(const StabilityOptions& options, const std::vector<std::string>& ids)
 {
-    StabilitySummary head = summary;
-    head.paths.clear();
-    head.file = {};
-    OrderedJson names = OrderedJson::array();
-    for (const Path& path : paths)
-        names.push_back({path.name, path.shots.size()});
     OrderedJson workers = OrderedJson::array(); // each keeps entries of its own
     for (const DeviceId& device : workerDevices(options.play.devices))
         workers.push_back(device.backend);
-    const PlayOptions& play = options.play;
-    OrderedJson said = {{"report", stabilityReportJson(options, head, false)},
-                        {"trajectories", std::move(names)},
-                        {"tier", tierName(play.frame.tier)},
-                        {"near", play.frame.near_z},
-                        {"background", play.frame.background ? OrderedJson(*play.frame.background) : OrderedJson()},
-                        {"mode", serviceModeName(play.devices.workers.mode)},
-                        {"workers", std::move(workers)},
-                        {"vram_budget", play.devices.vram_budget}};
-    if (options.score.every > 1 || options.score.first > 0) // shards that score all go on with what they have
-        said["scored"] = {options.score.first, options.score.every};
+    const OrderedJson said = {{"tool", toJson(thisTool())},
+                              {"ids", ids},
+                              {"bounds", {options.bound_psnr, options.bound_temporal, options.bound_p99}},
+                              {"mode", serviceModeName(options.play.devices.workers.mode)},
+                              {"workers", std::move(workers)}};
     const std::string text = jsonText(said, -1);
-    Checksum64 sum;
-    sum.update(std::as_bytes(std::span(text)));
-    for (const Path& path : paths)
-        addPoses(path.shots, path.eye_count, sum);
-    return sum.digest();
+    return checksum64(std::as_bytes(std::span(text)));
 }
 
-StabilityPath judged(const StabilityOptions& options, const Path& path, const RunResult& run)
+RunContext contextOf(const StabilityOptions& options, const Scene& scene, const std::string& reference)
 {
-    const double ipd = path.eye_count == 2 ? path.shots.front().ipd : 0;
-    return {path.name,
-            path.cameras,
-            path.shots.size(),
-            ipd,
-            timesOf(timedFrames(run.frames, options.warmup)),
-            run.accuracy,
-            reuseCounts(run.frames),
-            judge(options, run),
-            run.tier,
-            run.device};
+    RunContext context;
+    context.view = options.play.view;
+    context.devices = options.play.devices;
+    context.appearance = options.play.cameras.appearance;
+    context.reference = reference;
+    context.file = {options.play.model.file, scene.bytes(), scene.anchorCount()};
+    context.file_hash = fileHash(options.play.model.file);
+    context.warmup = options.warmup;
+    context.score = options.score;
+    return context;
 }
 
 } // namespace
@@ -168,32 +154,50 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
     std::optional<ShardRows> rows;
     if (shard.isGiven()) {
         checkStabilityOutput(options, files);
-        rows.emplace(options.out, kStabilityRow, shard);
+        rows.emplace(options.out, kRunRow, shard);
     }
     const std::shared_ptr<const Scene> scene = openScene(options.play.model, options.play.devices);
-    StabilitySummary summary;
-    summary.file = {options.play.model.file, scene->bytes(), scene->anchorCount()};
     const PlayOptions& play = options.play;
     checkLevelOptions(*scene, play.model.file, play.frame);
     std::vector<Path> paths;
     std::vector<uint64_t> lengths;
+    // A row has the warnings of its trajectory alone, so that it is the same whichever shard wrote it.
+    std::vector<std::vector<std::string>> warnings;
+    size_t told = log.warnings().size();
+    const auto takeWarnings = [&](std::vector<std::string>& row) {
+        row.insert(row.end(), log.warnings().begin() + ptrdiff_t(told), log.warnings().end());
+        told = log.warnings().size();
+    };
     for (const std::string& file : files) {
         paths.push_back(openPath(*scene, play.model.file, play.cameras.of(file), play.view, file, log));
         lengths.push_back(paths.back().shots.size());
         checkScored(options.score, paths.back(), "--score-first");
         checkChanges(options, paths.back());
+        takeWarnings(warnings.emplace_back());
     }
     checkFrames(play.cameras, paths);
     Measurer measurer(scene, play.model, play.devices, options.reference, options.score, log);
+    StabilitySummary summary;
     summary.backend = measurer.nameOf(play.devices.backend);
     summary.reference = measurer.referenceOf(summary.backend);
     summary.all_paths = paths.size();
+    const RunContext context = contextOf(options, *scene, summary.reference);
+    const auto runOn = [&](const Path& path) {
+        RunConfig run{play.frame, summary.backend, false};
+        run.on_path = path.no_path.empty();
+        return run;
+    };
+    std::vector<RowConfig> configs;
+    std::vector<std::string> ids;
+    for (const Path& path : paths) {
+        configs.push_back(rowConfig(context, path, runOn(path)));
+        ids.push_back(configs.back().id);
+    }
     if (rows) {
-        rows->check(
-            shardFacts(shard, paths.size(), fileHash(options.play.model.file), stabilityHash(options, summary, paths)));
+        rows->check(shardFacts(shard, paths.size(), context.file_hash, stabilityHash(options, ids)));
         rows->begin();
         if (!rows->cutOff().empty())
-            log.tell(rows->cutOff()); // no warning of the report: it says nothing of the pictures
+            log.tell(rows->cutOff()); // no warning of a row: it says nothing of the pictures
     }
 
     const std::vector<uint64_t> shards = blockShards(lengths, std::max<uint64_t>(1, shard.count));
@@ -204,31 +208,50 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
             own.push_back(i);
             total += lengths[i];
         }
-    std::set<std::string> told; // a trajectory may be listed twice
-    for (const size_t i : own)
-        if (told.insert(paths[i].no_path).second)
-            (void)choiceOn(paths[i].no_path, play.frame,
-                           log); // also of those that are done: the report is of them, too
+    std::map<std::string, std::vector<std::string>>
+        without_path; // what detail warns of, told once for all such cameras
     for (const size_t i : own) {
-        const OrderedJson* const row = rows ? rows->find(i) : nullptr;
-        if (row != nullptr) {
-            summary.paths.push_back(readStabilityRow(*row, options.out));
-            ++summary.paths_before;
+        const auto [found, is_new] = without_path.try_emplace(paths[i].no_path);
+        if (is_new)
+            (void)choiceOn(paths[i].no_path, play.frame, log); // also of those that are done
+        takeWarnings(found->second);
+        warnings[i].insert(warnings[i].end(), found->second.begin(), found->second.end());
+    }
+    for (const size_t i : own) {
+        if (const OrderedJson* const known = rows ? rows->find(i) : nullptr) {
+            summary.rows.push_back(runRowOf(*known, options.out));
+            summary.rows.back().shard.reset();
+            ++summary.rows_before;
         } else {
             log.progressPart(paths[i].name);
-            FrameChoice choice = play.frame;
-            choice.on_path = paths[i].no_path.empty();
-            const RunResult run = measurer.run(paths[i], summary.backend, frameOptions(*scene, choice),
-                                               [&](uint64_t done) { log.progress("render", before + done, total); });
-            summary.paths.push_back(judged(options, paths[i], run));
-            summary.warnings = log.warnings();
+            const RunResult result = measurer.run(paths[i], summary.backend, frameOptions(*scene, runOn(paths[i])),
+                                                  [&](uint64_t done) { log.progress("render", before + done, total); });
+            RunRow& row = summary.rows.emplace_back(runRow(context, configs[i], summary.backend, result));
+            row.stability = StabilityFacts{judge(options, result)};
+            takeWarnings(warnings[i]);
+            row.warnings = warnings[i];
             if (rows)
-                rows->add(i, stabilityRow(options, summary, summary.paths.back()));
+                rows->add(i, jsonText(toJson(row), -1));
         }
         before += lengths[i];
     }
-    summary.warnings = log.warnings();
     return summary;
+}
+
+std::string stabilityText(const StabilityOptions& options, const StabilitySummary& summary)
+{
+    std::string text = formatString(
+        "%s: %s, %s against exact of %s\n", options.play.model.file.c_str(), summary.backend.c_str(),
+        summary.rows.empty() ? tierName(options.play.frame.tier) : summary.rows.back().rendered_tier.c_str(),
+        summary.reference.c_str());
+    if (options.play.shard.isGiven())
+        text += formatString("shard %s: %zu of %s, %s of them done before\n", options.play.shard.text().c_str(),
+                             summary.rows.size(), formatCount(summary.all_paths, "trajectory", "trajectories").c_str(),
+                             formatCount(summary.rows_before).c_str());
+    text += stabilityTableHeader();
+    for (const RunRow& row : summary.rows)
+        text += stabilityTableLine(row);
+    return text + stabilityTableNotes();
 }
 
 } // namespace gsc

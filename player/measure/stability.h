@@ -4,7 +4,7 @@
 
 #include "player/options/play_options.h"
 #include "player/measure/runner.h"
-#include "runtime/cli/json.h"
+#include "runtime/records/run_row.h"
 
 #include <algorithm>
 #include <string>
@@ -21,38 +21,18 @@ struct StabilityOptions {
     double bound_temporal = 2;             // most of any frame, times the trajectory's median; 0 = no bound
     double bound_p99 = 0;                  // p99 of the frame time, times its median; 0 = no bound
     ScoreOptions score;                    // the frames that are judged by psnr; temporal needs all
-    std::string out;                       // of a shard: file that takes a line for each trajectory
-};
-
-struct Verdict {
-    const char* bound; // "psnr", "temporal" or "p99"
-    double limit, value;
-    uint64_t frame = 0; // the worst, where there is one
-    bool passed = true;
-};
-
-struct StabilityPath {
-    std::string name, cameras;
-    uint64_t frames = 0;
-    double ipd = 0; // of two eyes
-    FrameTimes ms;  // of the frames after the warm-up
-    Accuracy accuracy;
-    ReuseCounts reuse;
-    std::vector<Verdict> verdicts;
-    Tier tier = Tier::Exact; // that ran
-    DeviceFacts device;      // asked for after the last timed frame
-
-    [[nodiscard]] bool passed() const { return std::ranges::all_of(verdicts, &Verdict::passed); }
+    std::string out;                       // of a shard: file that takes a row for each trajectory
 };
 
 struct StabilitySummary {
     std::string backend, reference;
-    FileFacts file;
-    std::vector<StabilityPath> paths;
-    std::vector<std::string> warnings;
-    uint64_t all_paths = 0, paths_before = 0; // of all shards, and those that this one had done before
+    std::vector<RunRow> rows;                // of each trajectory, with the part "stability"
+    uint64_t all_paths = 0, rows_before = 0; // of all shards, and those that this one had done before
 
-    [[nodiscard]] bool passed() const { return std::ranges::all_of(paths, &StabilityPath::passed); }
+    [[nodiscard]] bool passed() const
+    {
+        return std::ranges::all_of(rows, [](const RunRow& row) { return row.stability->passed(); });
+    }
 };
 
 // The bounds that are set, against a run.
@@ -61,13 +41,7 @@ std::vector<Verdict> judge(const StabilityOptions& options, const RunResult& run
 // Throws Error.
 StabilitySummary stability(const StabilityOptions& options, Reporter& log);
 
-std::string stabilityReportText(const StabilityOptions& options, const StabilitySummary& summary);
-// One object, schemas/stability-report.schema.json; what a shard is, if there is one and it is asked for.
-std::string stabilityReportJson(const StabilityOptions& options, const StabilitySummary& summary,
-                                bool tells_shard = true);
-
-// The line of one trajectory: a report of it alone, without the shard. And back: what the report of all says of it.
-std::string stabilityRow(const StabilityOptions& options, const StabilitySummary& summary, const StabilityPath& path);
-StabilityPath readStabilityRow(const OrderedJson& row, const std::string& where);
+// A table for a person.
+std::string stabilityText(const StabilityOptions& options, const StabilitySummary& summary);
 
 } // namespace gsc

@@ -9,48 +9,46 @@ namespace gsc {
 
 namespace {
 
-// Precondition: there is a frame.
-double leastOf(TimedFrames frames, double TimedFrame::*field)
+UsedRange usedRange(TimedFrames frames, double TimedFrame::*field)
 {
-    return std::ranges::min(frames, {}, field).*field;
+    const Spread used = spreadOf(frames, field);
+    return {used.mean, std::ranges::min(frames, {}, field).*field, used.max};
 }
 
-// null without a target
-OrderedJson usedJson(const FrameChoice& choice, TimedFrames frames, double TimedFrame::*field)
+OrderedJson usedJson(const std::optional<TargetFacts>& facts, UsedRange TargetFacts::*field)
 {
-    if (!(choice.target_ms > 0))
-        return {};
-    const Spread used = spreadOf(frames, field);
-    return {{"mean", used.mean}, {"min", leastOf(frames, field)}, {"max", used.max}};
+    return facts ? toJson((*facts).*field) : OrderedJson();
 }
 
 } // namespace
 
-OrderedJson foveaJson(const FrameChoice& choice)
+std::optional<TargetFacts> targetFacts(const FrameChoice& choice, TimedFrames frames)
 {
-    return unknownIfZero(choice.foveaPixels());
+    if (!(choice.target_ms > 0))
+        return std::nullopt;
+    return TargetFacts{usedRange(frames, &TimedFrame::lod_bias), usedRange(frames, &TimedFrame::detail)};
 }
 
 OrderedJson lodJson(const FrameChoice& choice, TimedFrames frames)
 {
+    const std::optional<TargetFacts> used = targetFacts(choice, frames);
     return {{"lod_bias", choice.lod_bias},
             {"lod_fade", choice.lod_fade},
             {"lod_hysteresis", choice.lod_hysteresis},
             {"detail", choice.detailPixels()},
-            {"fovea_pixels", foveaJson(choice)},
+            {"fovea_pixels", unknownIfZero(choice.foveaPixels())},
             {"target_ms", unknownIfZero(choice.target_ms)},
-            {"lod_bias_used", usedJson(choice, frames, &TimedFrame::lod_bias)},
-            {"detail_used", usedJson(choice, frames, &TimedFrame::detail)}};
+            {"lod_bias_used", usedJson(used, &TargetFacts::lod_bias)},
+            {"detail_used", usedJson(used, &TargetFacts::detail)}};
 }
 
-std::string targetText(const FrameChoice& choice, TimedFrames frames)
+std::string targetText(double target_ms, const std::optional<TargetFacts>& used)
 {
-    if (!(choice.target_ms > 0))
+    if (!used)
         return {};
-    const Spread bias = spreadOf(frames, &TimedFrame::lod_bias), detail = spreadOf(frames, &TimedFrame::detail);
-    return formatString("target %g ms: LOD bias %.2f mean, %.2f to %.2f; detail %.2f mean, %.2f to %.2f\n",
-                        choice.target_ms, bias.mean, leastOf(frames, &TimedFrame::lod_bias), bias.max, detail.mean,
-                        leastOf(frames, &TimedFrame::detail), detail.max);
+    const UsedRange &bias = used->lod_bias, &detail = used->detail;
+    return formatString("target %g ms: LOD bias %.2f mean, %.2f to %.2f; detail %.2f mean, %.2f to %.2f\n", target_ms,
+                        bias.mean, bias.min, bias.max, detail.mean, detail.min, detail.max);
 }
 
 std::string detailText(const FrameChoice& choice, TimedFrames frames)

@@ -4,17 +4,19 @@
 
 #include "player/options/frame_choice.h"
 #include "runtime/records/frame_numbers.h"
+#include "runtime/records/run_parts.h"
 
+#include <optional>
 #include <string>
 
 namespace gsc {
 
-OrderedJson foveaJson(const FrameChoice& choice); // "fovea_pixels": null without foveation
-
 // "lod_bias", "lod_fade", "lod_hysteresis", "detail", "fovea_pixels", and "target_ms", "lod_bias_used" and "detail_used",
 // null without a target.
 OrderedJson lodJson(const FrameChoice& choice, TimedFrames frames);
-std::string targetText(const FrameChoice& choice, TimedFrames frames); // a line; empty without a target
-std::string detailText(const FrameChoice& choice, TimedFrames frames); // a line; empty without detail
+// None without a target. Precondition: there is a frame.
+std::optional<TargetFacts> targetFacts(const FrameChoice& choice, TimedFrames frames);
+std::string targetText(double target_ms, const std::optional<TargetFacts>& used); // a line; empty without a target
+std::string detailText(const FrameChoice& choice, TimedFrames frames);            // a line; empty without detail
 
 } // namespace gsc

@@ -75,7 +75,8 @@ std::string playReportText(const PlayOptions& options, const PlaySummary& summar
     if (const double dropped = meanCount(options, summary, &EyeCounts::gaussians_dropped); dropped > 0)
         text += formatString("dropped: %.1f Gaussians per eye that are not finite\n", dropped);
     text += reuseText(options, summary) + detailText(summary.frame, summary.frames) +
-            targetText(summary.frame, summary.frames) + workersText(summary.service);
+            targetText(summary.frame.target_ms, targetFacts(summary.frame, summary.frames)) +
+            workersText(serviceFacts(summary.service));
     text += shardText(options, summary);
     if (!summary.images.empty())
         text += formatString("%s: %s%s\n", formatCount(summary.images.size(), "image").c_str(),

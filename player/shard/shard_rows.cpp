@@ -10,9 +10,6 @@ namespace gsc {
 
 const RowKind kFrameRow{R"({"schema":"gsc.frame-stats/1",)", "gsc-play --shard",
                         "\"gsc.frame-stats/1\" with a shard (schemas/frame-stats.schema.json)", "--stats"};
-const RowKind kStabilityRow{R"({"schema":"gsc.stability/1",)", "gsc-play stability --shard",
-                            "\"gsc.stability/1\" with a shard (schemas/stability-report.schema.json)"};
-
 ShardFacts shardFacts(const Shard& shard, uint64_t tasks, uint64_t model, uint64_t set)
 {
     return {shard.index, shard.count, 0, tasks, hashText(model), hashText(set)};
@@ -37,18 +34,18 @@ void checkShardRow(const ShardFacts& row, const ShardFacts& expected, const std:
                     formatString("give every shard of every run its own %s", option));
 }
 
-ShardRows::ShardRows(const std::string& path, const RowKind& kind, const Shard& shard) : m_path(path), m_kind(kind)
+ShardRows::ShardRows(const std::string& path, const RowKind& kind, const Shard& shard)
+    : m_file(path, kind, [&](const OrderedJson& json) {
+          try {
+              Row row;
+              describe(Record(json, path).object("shard"), row.facts);
+              row.json = json;
+              return m_rows.try_emplace(row.facts.task, std::move(row)).second;
+          } catch (const Error&) {
+              return false;
+          }
+      })
 {
-    const RowFile file = readRows(path, kind, [&](const OrderedJson& json) {
-        try {
-            Row row;
-            describe(Record(json, path).object("shard"), row.facts);
-            row.json = json;
-            return m_rows.try_emplace(row.facts.task, std::move(row)).second;
-        } catch (const Error&) {
-            return false;
-        }
-    });
     for (const auto& [task, row] : m_rows) {
         ShardFacts expected = row.facts;
         expected.index = shard.index;
@@ -57,9 +54,6 @@ ShardRows::ShardRows(const std::string& path, const RowKind& kind, const Shard& 
     }
     std::error_code code;
     m_is_new = !std::filesystem::exists(path, code);
-    m_cut_off = file.cut_off;
-    m_bytes = file.bytes;
-    m_whole = file.whole + (file.needs_end ? 1 : 0); // which comes with the next row
 }
 
 const OrderedJson* ShardRows::find(uint64_t task) const
@@ -72,23 +66,19 @@ void ShardRows::check(const ShardFacts& facts)
 {
     m_facts = facts;
     for (const auto& [task, row] : m_rows)
-        checkShardRow(row.facts, facts, m_path, m_kind.option);
+        checkShardRow(row.facts, facts, m_file.path(), m_file.kind().option);
 }
 
 void ShardRows::begin()
 {
     if (m_is_new)
-        writeTextFile(m_path, "", false);
+        writeTextFile(m_file.path(), "", false);
 }
 
 void ShardRows::add(uint64_t task, std::string_view line)
 {
-    checkUntouched(m_path, m_bytes, m_kind);
     m_facts.task = task;
-    const std::string text = withShard(line, m_facts);
-    addRow(m_path, m_kind, text);
-    m_whole += text.size() + 1;
-    m_bytes = m_whole;
+    m_file.add(withShard(line, m_facts));
 }
 
 } // namespace gsc

@@ -13,7 +13,7 @@
 
 namespace gsc {
 
-extern const RowKind kFrameRow, kStabilityRow;
+extern const RowKind kFrameRow;
 
 // Facts that all rows of a shard's file share; `task` is 0.
 ShardFacts shardFacts(const Shard& shard, uint64_t tasks, uint64_t model, uint64_t set);
@@ -29,7 +29,7 @@ public:
     ShardRows(const std::string& path, const RowKind& kind, const Shard& shard);
 
     [[nodiscard]] bool isNew() const { return m_is_new; } // there was no such file
-    [[nodiscard]] const std::string& cutOff() const { return m_cut_off; }
+    [[nodiscard]] const std::string& cutOff() const { return m_file.cutOff(); }
     [[nodiscard]] const OrderedJson* find(uint64_t task) const;
 
     // Takes the facts of the shard. Throws Error(Usage) where the rows are not of it.
@@ -44,12 +44,10 @@ private:
         ShardFacts facts;
         OrderedJson json;
     };
-    std::string m_path, m_cut_off;
-    const RowKind& m_kind;
-    ShardFacts m_facts;
     std::map<uint64_t, Row> m_rows;
+    RowFile m_file;
+    ShardFacts m_facts;
     bool m_is_new = false;
-    uint64_t m_bytes = 0, m_whole = 0; // of the file, and of its whole lines
 };
 
 } // namespace gsc

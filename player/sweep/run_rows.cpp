@@ -2,34 +2,23 @@
 #include "player/sweep/run_rows.h"
 
 #include <gsc/error.h>
-#include "runtime/records/row_file.h"
+#include "runtime/records/row_lines.h"
 
 namespace gsc {
 
-namespace {
-
-const RowKind kRunRow{R"({"schema":"gsc.run/1",)", "a sweep",
-                      "\"gsc.run/1\" (schemas/run.schema.json) with the numbers of this version"};
-
-} // namespace
-
-RunRows::RunRows(const std::string& path, std::string& cut_off) : m_path(path)
+RunRows::RunRows(const std::string& path)
+    : m_file(path, kRunRow, [&](const OrderedJson& json) {
+          try {
+              RunRow row = runRowOf(json, path);
+              if (row.shard)
+                  m_tasks.insert(row.shard->task);
+              m_rows.insert_or_assign(row.config.id, std::move(row));
+              return true;
+          } catch (const Error&) {
+              return false;
+          }
+      })
 {
-    const RowFile file = readRows(path, kRunRow, [&](const OrderedJson& json) {
-        try {
-            RunRow row;
-            describe(Record(json, path), row);
-            if (row.shard)
-                m_tasks.insert(row.shard->task);
-            m_rows.insert_or_assign(row.config.id, std::move(row));
-            return true;
-        } catch (const Error&) {
-            return false;
-        }
-    });
-    cut_off = file.cut_off;
-    m_bytes = file.bytes;
-    m_whole = file.whole + (file.needs_end ? 1 : 0); // which comes with the next row
 }
 
 const RunRow* RunRows::find(const std::string& id) const
@@ -40,13 +29,7 @@ const RunRow* RunRows::find(const std::string& id) const
 
 void RunRows::append(const RunRow& row)
 {
-    if (!m_path.empty()) {
-        const std::string line = jsonText(toJson(row), -1);
-        checkUntouched(m_path, m_bytes, kRunRow);
-        addRow(m_path, kRunRow, line);
-        m_whole += line.size() + 1;
-        m_bytes = m_whole;
-    }
+    m_file.add(jsonText(toJson(row), -1));
     if (row.shard)
         m_tasks.insert(row.shard->task);
     m_rows.insert_or_assign(row.config.id, row);

@@ -10,11 +10,11 @@
 #include "player/shard/shard_rows.h"
 #include "runtime/backend/frame_checks.h"
 #include "runtime/records/row_file.h"
-#include "player/sweep/run_facts.h"
+#include "player/measure/run_facts.h"
 #include "player/sweep/run_rows.h"
 #include "player/sweep/sweep_config.h"
 #include "player/devices/open_renderer.h"
-#include "player/measure/bench_rows.h"
+#include "player/measure/row_output.h"
 #include "player/frames/path.h"
 
 #include <algorithm>
@@ -53,11 +53,11 @@ std::string resolved(const std::string& config_file, const std::string& trajecto
 
 void checkOut(const BenchOptions& options, const SweepConfig& config, bool json_summary)
 {
-    std::vector<NamedPath> inputs = {{options.sweep, "the file of --sweep"}};
+    std::vector<NamedPath> inputs = {{options.play.model.file, "the model"}, {options.sweep, "the file of --sweep"}};
     for (const std::string& trajectory : config.trajectories)
         if (trajectory != "stored")
             inputs.push_back({resolved(options.sweep, trajectory), "a camera file"});
-    checkRowOutput(options, std::move(inputs), json_summary);
+    checkRowOutput(options.out, inputs, json_summary);
 }
 
 // Anchors that a run decoded per frame and eye, rounded, at least one.
@@ -81,7 +81,7 @@ RunConfig runOnPath(RunConfig run, const Path& path)
 class Sweep {
 public:
     Sweep(const BenchOptions& options, const SweepConfig& config, Reporter& log)
-        : m_config(config), m_log(log), m_rows(options.out, m_cut_off),
+        : m_config(config), m_log(log), m_rows(options.out),
           m_scene(openScene(options.play.model, options.play.devices))
     {
         const PlayOptions& play = options.play;
@@ -103,8 +103,8 @@ public:
         m_context.score = config.score;
         m_measurer =
             std::make_unique<Measurer>(m_scene, play.model, play.devices, options.reference, config.score, log);
-        if (!m_cut_off.empty())
-            log.warning(m_cut_off);
+        if (!m_rows.cutOff().empty())
+            log.warning(m_rows.cutOff());
         m_runs = expandRuns(config);
         for (const RunConfig& run : m_runs)
             if (run.stereo == StereoMode::Merged && m_context.view.eyes == 1)
@@ -240,7 +240,7 @@ private:
         const RunResult result = m_measurer->run(
             path, run.backend, frame, [&](uint64_t done) { m_log.progress("render", m_frames_done + done, m_total); });
         m_frames_done += frames;
-        return appended(runRow(m_context, config, run, result), task);
+        return appended(runRow(m_context, config, run.backend, result), task);
     }
 
     RunRow appended(RunRow row, const Task& task)
@@ -262,7 +262,6 @@ private:
 
     const SweepConfig& m_config;
     Reporter& m_log;
-    std::string m_cut_off;
     RunRows m_rows; // before the model: a file of something else is refused before any work
     std::shared_ptr<const Scene> m_scene;
     RunContext m_context;

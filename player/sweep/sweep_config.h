@@ -3,9 +3,7 @@
 #pragma once
 
 #include "runtime/records/score_options.h"
-#include "player/options/frame_choice.h"
-
-#include <nlohmann/json_fwd.hpp>
+#include "player/options/run_config.h"
 
 #include <cstdint>
 #include <string>
@@ -13,12 +11,6 @@
 #include <vector>
 
 namespace gsc {
-
-// One combination of what a sweep varies.
-struct RunConfig : FrameChoice {
-    std::string backend = "auto";
-    bool match_budget = false; // the decode budget is what the run of depthRunOf() decodes
-};
 
 struct SweepConfig {
     std::vector<std::string> trajectories; // as the file lists them; "stored" = the cameras in the model
@@ -49,8 +41,5 @@ RunConfig depthRunOf(const SweepConfig& config, const RunConfig& run);
 // whose budget is that of another one goes with it.
 std::vector<uint64_t> sweepShards(const SweepConfig& config, const std::vector<RunConfig>& runs,
                                   const std::vector<uint64_t>& frames, uint64_t count);
-
-// Key of a run: all by which it differs from others, in the words of schemas/run.schema.json.
-nlohmann::ordered_json runKeyJson(const RunConfig& run);
 
 } // namespace gsc

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // From what a sweep asks for to the runs it takes.
 #include <gsc/error.h>
-#include "runtime/records/report_parts.h"
-#include "runtime/records/reuse_names.h"
+#include "player/measure/run_facts.h"
 #include "player/options/shard.h"
 #include "player/sweep/sweep_config.h"
-#include <gsc/frame_stats.h>
 
 #include <nlohmann/json.hpp>
 
@@ -58,26 +56,6 @@ private:
 };
 
 } // namespace
-
-nlohmann::ordered_json runKeyJson(const RunConfig& run)
-{
-    OrderedJson json = {{"backend", run.backend},
-                        {"tier", tierName(run.tier)},
-                        {"lod_bias", run.lod_bias + 0.0},
-                        {"stereo", stereoName(run.stereo)}};
-    if (run.lod_fade != 0) // where they are off, runs have the ids they had before there was such a thing
-        json["lod_fade"] = run.lod_fade;
-    if (run.lod_hysteresis != 0)
-        json["lod_hysteresis"] = run.lod_hysteresis;
-    if (run.detail > 0)
-        json["detail"] = run.detail;
-    if (run.foveaPixels() > 0)
-        json["fovea_pixels"] = run.fovea_pixels;
-    json.update(toJson(reuseFacts(run.reuse)));
-    if (run.match_budget)
-        json["decode_budget"] = "match";
-    return json;
-}
 
 RunConfig depthRunOf(const SweepConfig& config, const RunConfig& run)
 {

@@ -88,7 +88,7 @@ std::string windowText(const WindowSummary& summary)
         "%s in %.1f s; %s: %s shown, %s late, %s expired, %s failed\n", formatCount(summary.frames, "frame").c_str(),
         summary.seconds, formatCount(poses.submitted, "pose").c_str(), of(PoseEnd::Shown).c_str(),
         of(PoseEnd::Late).c_str(), of(PoseEnd::Expired).c_str(), of(PoseEnd::Failed).c_str());
-    text += workersText(summary.service);
+    text += workersText(serviceFacts(summary.service));
     for (const std::string& file : summary.files)
         text += "wrote " + file + "\n";
     return text;

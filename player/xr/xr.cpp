@@ -279,7 +279,7 @@ std::string xrText(const XrSummary& summary)
     }
     if (summary.headset.tells_mask)
         text += "lens mask: " + maskText(summary.headset) + "\n";
-    text += workersText(summary.service);
+    text += workersText(serviceFacts(summary.service));
     if (!summary.place.empty())
         text += "wrote " + summary.place + "\n";
     return text;

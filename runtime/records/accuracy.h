@@ -2,6 +2,8 @@
 // How far the images of a run are from the exact ones of the same poses, over all of its frames.
 #pragma once
 
+#include "runtime/records/score_options.h"
+
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -33,7 +35,7 @@ std::string foveaText(const FoveaAccuracy& accuracy);
 // Every eye of every scored frame is an image. PSNR is +inf for equal images.
 struct Accuracy {
     uint64_t images = 0;
-    uint64_t first_frame = 0, every_frame = 1;         // that was scored
+    ScoredFrames scored;
     double psnr_pooled = 0, psnr_p1 = 0, psnr_min = 0; // p1: first percentile by nearest rank
     uint64_t psnr_min_frame = 0;
     double max_error = 0;
@@ -62,9 +64,6 @@ struct Accuracy {
 
     // Values of the worse eye, per scored frame; temporal is NaN where there is none.
     std::vector<double> frame_psnr, frame_temporal;
-
-    // The number of the i-th scored frame.
-    [[nodiscard]] uint64_t frameOf(size_t i) const { return first_frame + i * every_frame; }
 };
 
 } // namespace gsc

@@ -138,12 +138,6 @@ void Record::check(const char* key, bool good, const std::string& expected) cons
         fail(m_at / key, expected);
 }
 
-void Record::checkOff(const char* key, const std::string& expected) const
-{
-    if (m_in != nullptr && has(key))
-        check(key, !checked(key, kFlag).get<bool>(), expected);
-}
-
 const OrderedJson& Record::read(const char* key) const
 {
     if (m_in->contains(m_at / key))

@@ -6,6 +6,7 @@
 #include "runtime/cli/json.h"
 
 #include <cmath>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,17 +36,23 @@ public:
     explicit Record(OrderedJson& out) : m_out(&out) {}
     // `where` names the object in messages, such as "runs.jsonl:12"; `form` is what it should be. Reading throws
     // Error(InvalidFile).
-    Record(const OrderedJson& in, std::string where, const char* form = "gsc.run/1")
+    Record(const OrderedJson& in, std::string where, const char* form = "gsc.run/2")
         : m_in(&in), m_where(std::move(where)), m_form(form)
     {
     }
 
-    // Is there such a field? Where it writes, all are there. For what came with a later version.
-    [[nodiscard]] bool has(const char* key) const { return m_out != nullptr || m_in->contains(m_at / key); }
-
     [[nodiscard]] Record object(const char* key) const;
     // A part that only some have: is it there? Where it writes, `is_there` says so.
-    [[nodiscard]] bool hasPart(const char* key, bool is_there) const { return m_out != nullptr ? is_there : has(key); }
+    [[nodiscard]] bool hasPart(const char* key, bool is_there) const
+    {
+        return m_out != nullptr ? is_there : m_in->contains(m_at / key);
+    }
+    template <typename T>
+    void part(const char* key, std::optional<T>& value) const
+    {
+        if (hasPart(key, value.has_value()))
+            describe(object(key), value ? *value : value.emplace());
+    }
     // One that may be null: is it there? Where it writes, `is_there` says so.
     [[nodiscard]] bool hasObject(const char* key, bool is_there) const;
 
@@ -90,8 +97,6 @@ public:
 
     // Throws where it reads and the field is not `good`.
     void check(const char* key, bool good, const std::string& expected) const;
-    // As check(): throws where the switch is there and not off.
-    void checkOff(const char* key, const std::string& expected) const;
 
 private:
     using Pointer = OrderedJson::json_pointer;
@@ -112,7 +117,7 @@ private:
     const OrderedJson* m_in = nullptr;
     Pointer m_at;
     std::string m_where;
-    const char* m_form = "gsc.run/1";
+    const char* m_form = "gsc.run/2";
 };
 
 } // namespace gsc

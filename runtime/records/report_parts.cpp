@@ -88,8 +88,7 @@ void describe(const Record& at, DeviceFacts& device)
     at.field("processors", device.processors, kCount);
     at.fieldOrNull("clock_mhz", device.clock_mhz, kPositive);
     at.fieldOrNull("memory_clock_mhz", device.memory_clock_mhz, kPositive);
-    if (at.has("context_bytes"))
-        at.fieldOrNull("context_bytes", device.context_bytes, kCount);
+    at.fieldOrNull("context_bytes", device.context_bytes, kCount);
 }
 
 void describe(const Record& at, ReuseFacts& reuse)

@@ -5,7 +5,7 @@
 #include <gsc/file/output_file.h>
 #include <gsc/file/output_paths.h>
 #include "format/file/stand_in.h"
-#include "runtime/records/record.h"
+#include "runtime/records/row_lines.h"
 
 #include <nlohmann/json.hpp>
 
@@ -20,8 +20,11 @@ namespace gsc {
 
 namespace {
 
-[[noreturn]] void failLine(const std::string& path, size_t line, const RowKind& kind, const std::string& fault = {})
+[[noreturn]] void failLine(const std::string& path, size_t line, const RowKind& kind, std::string_view text,
+                           const std::string& fault = {})
 {
+    if (&kind == &kRunRow)
+        refuseOtherVersion(text, formatString("%s:%zu", path.c_str(), line));
     throw Error(ErrorCode::InvalidFile, path,
                 formatString("line %zu is no row of %s%s", line, kind.command,
                              fault.empty() ? "" : (" (" + fault + ")").c_str()),
@@ -47,7 +50,7 @@ std::string readAll(const std::string& path, const RowKind& kind)
         text.append(buffer, count);
         if (!startsAsRow(text, kind)) { // a model may have many gigabytes
             refuseStandIn(text, path);
-            failLine(path, 1, kind);
+            failLine(path, 1, kind, text);
         }
     }
     if (!file || std::ferror(file.get()))
@@ -59,59 +62,66 @@ std::string readAll(const std::string& path, const RowKind& kind)
 
 } // namespace
 
-RowFile readRows(const std::string& path, const RowKind& kind, const std::function<bool(const OrderedJson&)>& take)
+const RowKind kRunRow{R"({"schema":"gsc.run/2",)", "a measurement", "\"gsc.run/2\" (schemas/run.schema.json)"};
+
+RowFile::RowFile(std::string path, const RowKind& kind, const std::function<bool(const OrderedJson&)>& take)
+    : m_path(std::move(path)), m_kind(&kind)
 {
-    RowFile file;
-    if (path.empty() || isStandardOutput(path))
-        return file;
-    const std::string text = readAll(path, kind);
-    file.bytes = text.size();
+    if (!m_path.empty() && !isStandardOutput(m_path))
+        read(readAll(m_path, kind), take);
+}
+
+void RowFile::read(const std::string& text, const std::function<bool(const OrderedJson&)>& take)
+{
+    m_bytes = text.size();
     size_t line = 1;
-    for (size_t end = 0; (end = text.find('\n', file.whole)) != std::string::npos; ++line, file.whole = end + 1) {
-        const std::string_view content(text.data() + file.whole, end - file.whole);
-        if (!content.starts_with(kind.start))
-            failLine(path, line, kind);
+    for (size_t end = 0; (end = text.find('\n', m_whole)) != std::string::npos; ++line, m_whole = end + 1) {
+        const std::string_view content(text.data() + m_whole, end - m_whole);
+        if (!content.starts_with(m_kind->start))
+            failLine(m_path, line, *m_kind, content);
         const ParsedRow row = parseRow(content);
         if (row.state == ParsedRow::State::BeyondLimits)
-            failLine(path, line, kind, row.fault);
+            failLine(m_path, line, *m_kind, content, row.fault);
         if (!row.json.is_object() || !take(row.json))
-            failLine(path, line, kind);
+            failLine(m_path, line, *m_kind, content);
     }
-    const std::string_view rest = std::string_view(text).substr(file.whole);
+    const std::string_view rest = std::string_view(text).substr(m_whole);
     if (rest.empty())
-        return file;
+        return;
     const ParsedRow row = parseRow(rest);
     if (row.state == ParsedRow::State::BeyondLimits)
-        failLine(path, line, kind, row.fault);
-    file.needs_end = row.state == ParsedRow::State::Whole; // such as where an editor or a copy left the end out
+        failLine(m_path, line, *m_kind, rest, row.fault);
+    const bool needs_end = row.state == ParsedRow::State::Whole; // such as where an editor left the end out
     // only what is the start of a row for certain is thrown away
-    if (file.needs_end ? !rest.starts_with(kind.start) || !take(row.json) : !isCutLine(rest, kind.start))
-        failLine(path, line, kind);
-    if (file.needs_end)
-        file.whole = file.bytes;
+    if (needs_end ? !rest.starts_with(m_kind->start) || !take(row.json) : !isCutLine(rest, m_kind->start))
+        failLine(m_path, line, *m_kind, rest);
+    if (needs_end)
+        m_whole = m_bytes + 1; // its end comes with the next row
     else
-        file.cut_off =
-            formatString("%s: line %zu is half-written, what a run that was killed left behind; it is cut off "
-                         "and that run is done again",
-                         path.c_str(), line);
-    return file;
+        m_cut_off = formatString("%s: line %zu is half-written, what a run that was killed left behind; it is cut off",
+                                 m_path.c_str(), line);
+}
+
+void RowFile::add(std::string_view line)
+{
+    if (m_path.empty())
+        return;
+    std::error_code code;
+    const bool is_file = !isStandardOutput(m_path) && std::filesystem::exists(m_path, code);
+    const uint64_t found = is_file ? std::filesystem::file_size(m_path, code) : 0;
+    if (is_file && !code && found != m_bytes)
+        throw Error(ErrorCode::Io, m_path, formatString("has %llu bytes", static_cast<unsigned long long>(found)),
+                    formatString("the %llu that were there before: another program writes to it",
+                                 static_cast<unsigned long long>(m_bytes)),
+                    formatString("give every run %s of its own", m_kind->option));
+    addRow(m_path, *m_kind, line);
+    m_whole += line.size() + 1;
+    m_bytes = m_whole;
 }
 
 void addRow(const std::string& path, const RowKind& kind, std::string_view line)
 {
     appendLine(path, line, kind.start, [](std::string_view tail) { return OrderedJson::accept(tail); });
-}
-
-void checkUntouched(const std::string& path, uint64_t bytes, const RowKind& kind)
-{
-    std::error_code code;
-    const bool is_file = !path.empty() && !isStandardOutput(path) && std::filesystem::exists(path, code);
-    const uint64_t found = is_file ? std::filesystem::file_size(path, code) : 0;
-    if (is_file && !code && found != bytes)
-        throw Error(ErrorCode::Io, path, formatString("has %llu bytes", static_cast<unsigned long long>(found)),
-                    formatString("the %llu that were there before: another program writes to it",
-                                 static_cast<unsigned long long>(bytes)),
-                    formatString("give every run %s of its own", kind.option));
 }
 
 } // namespace gsc

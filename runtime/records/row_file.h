@@ -19,22 +19,34 @@ struct RowKind {
     const char* option = "--out"; // that names the file
 };
 
-struct RowFile {
-    uint64_t bytes = 0;     // of the file
-    uint64_t whole = 0;     // of its whole lines, less the end that is missing
-    bool needs_end = false; // of the last line, which is whole otherwise: addRow() gives it one
-    std::string cut_off;    // what to say of a half-written last line, which a killed run left; empty = there is none
+// Measurements (schemas/run.schema.json).
+extern const RowKind kRunRow;
+
+class RowFile {
+public:
+    // Hands every row to `take`, which returns false for one that it cannot use. A file that is missing, empty or "-" has
+    // no rows. A half-written last line is what a killed run left behind: the next row takes its place. The file is not
+    // changed. Throws Error: InvalidFile for a line that is no row; Unsupported for a row of another version; Io.
+    RowFile(std::string path, const RowKind& kind, const std::function<bool(const nlohmann::ordered_json&)>& take);
+
+    [[nodiscard]] const std::string& path() const { return m_path; }
+    [[nodiscard]] const RowKind& kind() const { return *m_kind; }
+    [[nodiscard]] const std::string& cutOff() const { return m_cut_off; } // the half-written line in words, or empty
+
+    // Adds a line behind the last whole one; where that fails the file has what it had. Throws Error(Io), also where the
+    // file is not as it was left: two programs cannot share one.
+    void add(std::string_view line);
+
+private:
+    void read(const std::string& text, const std::function<bool(const nlohmann::ordered_json&)>& take);
+
+    std::string m_path, m_cut_off;
+    const RowKind* m_kind;
+    uint64_t m_bytes = 0; // of the file, with what a killed run left
+    uint64_t m_whole = 0; // of its whole lines, each with its end
 };
 
-// Hands every row to `take`, which returns false for one that it cannot use. A file that is missing, empty or "-" has no
-// rows. The file is not changed. Throws Error: InvalidFile for a line that is no row, Io.
-RowFile readRows(const std::string& path, const RowKind& kind,
-                 const std::function<bool(const nlohmann::ordered_json&)>& take);
-
-// Adds a line to a file that readRows() took. Throws Error as appendLine().
+// Adds a line to a file that RowFile took, which others may add to at the same time. Throws Error as appendLine().
 void addRow(const std::string& path, const RowKind& kind, std::string_view line);
-
-// Throws Error(Io) where the file has not the `bytes` that it was left with: two programs cannot share one.
-void checkUntouched(const std::string& path, uint64_t bytes, const RowKind& kind);
 
 } // namespace gsc

@@ -2,11 +2,10 @@
 #include "runtime/records/run_row.h"
 
 #include <gsc/error.h>
-#include "runtime/records/score_options.h"
-
 #include <algorithm>
 #include <limits>
-#include <tuple>
+#include <functional>
+#include <utility>
 
 namespace gsc {
 
@@ -23,8 +22,6 @@ const FieldKind kSize = {[](const OrderedJson& v) {
                                     });
                          },
                          "width and height in pixels"};
-const FieldKind kCounts = {[](const OrderedJson& v) { return v.is_array() && std::ranges::all_of(v, kCount.fits); },
-                           "an array of whole numbers"};
 
 void describePsnr(const Record& at, const char* key, double& psnr)
 {
@@ -83,28 +80,30 @@ void describeChanges(const Record& in, const char* key, Accuracy::Changes& chang
     at.field("max_frame", changes.max_frame, kCount);
 }
 
+const FieldKind kCounts = {[](const OrderedJson& v) { return v.is_array() && std::ranges::all_of(v, kCount.fits); },
+                           "an array of whole numbers"};
+const FieldKind kTexts = {[](const OrderedJson& v) { return v.is_array() && std::ranges::all_of(v, kText.fits); },
+                          "an array of texts"};
+
 void describe(const Record& at, RowConfig& config)
 {
     at.field("id", config.id, kName);
     at.field("trajectory", config.trajectory, kName);
     at.field("cameras", config.cameras, kText);
+    at.field("shots", config.shots, kCount);
     at.field("frames", config.frames, kCount);
     at.check("frames", config.frames >= 1 && config.frames <= kMaxFrames, "a whole number from 1 to 10000000");
     at.field("warmup", config.warmup, kCount);
     at.field("cold", config.cold, kFlag);
+    at.field("frames_in_flight", config.frames_in_flight, kCount);
     describe(at, config.reuse);
-    for (const char* cache : {"cut", "order"}) // without them a row of an earlier version would pass for a plain run
-        at.checkOff(cache, "false: this version has no such cache");
     at.field("tier", config.tier, kName);
     at.field("lod_bias", config.lod_bias, kNumber);
-    if (at.has("lod_fade"))
-        at.field("lod_fade", config.lod_fade, kNumber);
-    if (at.has("lod_hysteresis"))
-        at.field("lod_hysteresis", config.lod_hysteresis, kNumber);
-    if (at.has("detail"))
-        at.field("detail", config.detail, kPositive);
-    if (at.has("fovea_pixels"))
-        at.fieldOrNull("fovea_pixels", config.fovea_pixels, kPositive);
+    at.field("lod_fade", config.lod_fade, kNumber);
+    at.field("lod_hysteresis", config.lod_hysteresis, kNumber);
+    at.field("detail", config.detail, kPositive);
+    at.fieldOrNull("fovea_pixels", config.fovea_pixels, kPositive);
+    at.fieldOrNull("target_ms", config.target_ms, kPositive);
     at.field("stereo", config.stereo, kName);
     at.field("eyes", config.eyes, kCount);
     at.check("eyes", config.eyes == 1 || config.eyes == 2, "a whole number from 1 to 2");
@@ -115,6 +114,39 @@ void describe(const Record& at, RowConfig& config)
     at.fieldOrNull("appearance", config.appearance, kCount, -1);
     at.field("threads", config.threads, kCount);
     at.fieldOrNull("vram_budget", config.vram_budget, kCount);
+}
+
+void describeScored(const Record& at, ScoredFrames& scored)
+{
+    if (at.hasPart("listed", !scored.listed.empty())) {
+        at.field("listed", scored.listed, kCounts);
+        at.check("listed", std::ranges::is_sorted(scored.listed, std::less_equal<>()), "ascending numbers of frames");
+        return;
+    }
+    at.field("first", scored.first, kCount);
+    at.field("every", scored.every, kCount);
+    at.check("every", scored.every >= 1, "a whole number of at least 1");
+}
+
+// Arrays of what was scored have a value for each scored camera.
+void describeFrames(const Record& frames, RunRow& row)
+{
+    frames.series("wall_ms", row.wall_ms, 0);
+    frames.check("wall_ms", row.wall_ms.size() == row.config.frames,
+                 formatString("an array of %llu values", static_cast<unsigned long long>(row.config.frames)));
+    frames.field("decoded", row.decoded, kCounts);
+    frames.check("decoded", row.decoded.size() == row.wall_ms.size(),
+                 formatString("an array of %zu values", row.wall_ms.size()));
+    if (!row.accuracy)
+        return;
+    Accuracy& accuracy = *row.accuracy;
+    std::ranges::transform(accuracy.frame_psnr, accuracy.frame_psnr.begin(), boundedPsnr);
+    frames.series("psnr", accuracy.frame_psnr, kInfinity);
+    frames.series("temporal", accuracy.frame_temporal, std::numeric_limits<double>::quiet_NaN());
+    const size_t scored = accuracy.scored.scoredOf(row.config.shots);
+    for (const auto& [key, length] :
+         {std::pair("psnr", accuracy.frame_psnr.size()), std::pair("temporal", accuracy.frame_temporal.size())})
+        frames.check(key, length == scored, formatString("an array of %zu values", scored));
 }
 
 } // namespace
@@ -136,12 +168,7 @@ void describe(const Record& at, FoveaAccuracy& accuracy)
 
 void describe(const Record& at, Accuracy& accuracy)
 {
-    if (at.has("scored")) { // rows of earlier versions score all
-        const Record scored = at.object("scored");
-        scored.field("first", accuracy.first_frame, kCount);
-        scored.field("every", accuracy.every_frame, kCount);
-        scored.check("every", accuracy.every_frame >= 1, "a whole number of at least 1");
-    }
+    describeScored(at.object("scored"), accuracy.scored);
     const Record psnr = at.object("psnr");
     describePsnr(psnr, "pooled", accuracy.psnr_pooled);
     describePsnr(psnr, "p1", accuracy.psnr_p1);
@@ -155,14 +182,10 @@ void describe(const Record& at, Accuracy& accuracy)
     describeSampled(at, "ssim", accuracy.ssim, "min", 0);
     describeSampled(at, "flip", accuracy.flip, "max", 1);
     describeChanges(at, "temporal", accuracy.temporal, true);
-    if (at.has("motion"))
-        describeChanges(at, "motion", accuracy.motion, false);
-    if (at.has("pop"))
-        describeChanges(at, "pop", accuracy.pop, false);
-    if (at.has("error_pop"))
-        describeChanges(at, "error_pop", accuracy.error_pop, false);
-    if (at.hasPart("fovea", accuracy.fovea.has_value()))
-        describe(at.object("fovea"), accuracy.fovea ? *accuracy.fovea : accuracy.fovea.emplace());
+    describeChanges(at, "motion", accuracy.motion, false);
+    describeChanges(at, "pop", accuracy.pop, false);
+    describeChanges(at, "error_pop", accuracy.error_pop, false);
+    at.part("fovea", accuracy.fovea);
 }
 
 void describe(const Record& at, ReuseCounts& counts)
@@ -177,45 +200,32 @@ void describe(const Record& at, ReuseCounts& counts)
 
 void describe(const Record& at, RunRow& row)
 {
-    std::string schema = "gsc.run/1";
+    std::string schema = kRunSchema;
     at.field("schema", schema, kName);
     describe(at.object("tool"), row.tool);
     at.field("label", row.label, kText);
     describe(at.object("file"), row.file);
-    if (at.hasPart("reference_file", row.reference_file.has_value()))
-        describe(at.object("reference_file"), row.reference_file ? *row.reference_file : row.reference_file.emplace());
+    at.part("reference_file", row.reference_file);
     at.field("backend", row.backend, kName);
-    if (at.has("reference"))
-        at.field("reference", row.reference, kText);
+    at.fieldOrNull("reference", row.reference, kText);
     describe(at.object("device"), row.device);
     describe(at.object("config"), row.config);
-    if (at.has("rendered_tier"))
-        at.field("rendered_tier", row.rendered_tier, kName);
-    else
-        row.rendered_tier = row.config.tier;
-    describe(at.object("ms"), row.ms);
-    describe(at.object("accuracy"), row.accuracy);
+    at.field("rendered_tier", row.rendered_tier, kName);
+    const Record ms = at.object("ms");
+    ms.fieldOrNull("open", row.open_ms, kPositive);
+    ms.fieldOrNull("load", row.load_ms, kPositive);
+    describe(ms, row.ms);
+    at.part("accuracy", row.accuracy);
     describe(at.object("reuse"), row.reuse);
     at.field("peak_bytes", row.peak_bytes, kCount);
-    if (at.has("repeats"))
-        at.field("repeats", row.repeats, kCount);
-
-    const Record frames = at.object("per_frame");
-    std::ranges::transform(row.accuracy.frame_psnr, row.accuracy.frame_psnr.begin(), boundedPsnr);
-    frames.series("wall_ms", row.wall_ms, 0);
-    frames.check("wall_ms", !row.wall_ms.empty(), "an array that is not empty");
-    frames.series("psnr", row.accuracy.frame_psnr, kInfinity);
-    frames.series("temporal", row.accuracy.frame_temporal, std::numeric_limits<double>::quiet_NaN());
-    frames.field("decoded", row.decoded, kCounts);
-    const size_t drawn = row.wall_ms.size();
-    const size_t scored = ScoreOptions{0, 0, row.accuracy.every_frame, row.accuracy.first_frame}.scoredOf(drawn);
-    const std::tuple<const char*, size_t, size_t> lengths[] = {{"psnr", row.accuracy.frame_psnr.size(), scored},
-                                                               {"temporal", row.accuracy.frame_temporal.size(), scored},
-                                                               {"decoded", row.decoded.size(), drawn}};
-    for (const auto& [key, length, expected] : lengths)
-        frames.check(key, length == expected, formatString("an array of %zu values", expected));
-    if (at.hasPart("shard", row.shard.has_value())) // last, so that merged rows have the order of plain ones
-        describe(at.object("shard"), row.shard ? *row.shard : row.shard.emplace());
+    at.field("repeats", row.repeats, kCount);
+    at.part("work", row.work);
+    at.part("stability", row.stability);
+    at.part("curve", row.curve);
+    at.part("service", row.service);
+    at.field("warnings", row.warnings, kTexts);
+    describeFrames(at.object("per_frame"), row);
+    at.part("shard", row.shard); // last, so that merged rows have the order of plain ones
 }
 
 } // namespace gsc

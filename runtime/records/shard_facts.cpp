@@ -5,12 +5,6 @@
 
 namespace gsc {
 
-const FieldKind kOneTrajectory = {[](const OrderedJson& v) {
-                                      return v.is_array() && v.size() == 1 && v[0].is_object() &&
-                                             v[0].contains("verdicts") && v[0]["verdicts"].is_object();
-                                  },
-                                  "an array of one trajectory with its verdicts"};
-
 void describe(const Record& at, ShardFacts& facts)
 {
     at.field("index", facts.index, kCount);

@@ -26,9 +26,6 @@ void describe(const Record& at, ShardFacts& facts);
 // A line that is an object, with the facts as its last field.
 std::string withShard(std::string_view line, const ShardFacts& facts);
 
-// Trajectories of a row of gsc-play stability: one, with verdicts. Without them no bound would be found exceeded.
-extern const FieldKind kOneTrajectory;
-
 std::string hashText(uint64_t hash); // as ids of runs are written
 
 } // namespace gsc

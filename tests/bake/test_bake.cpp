@@ -240,15 +240,15 @@ TEST_CASE("a curve is what bakes one by one are, and a target that cannot be kep
     CHECK(curve.warnings[0].find("expected 300.00 and 296.00") != std::string::npos);
     const CurvePoint &whole = curve.points[0], &fine = curve.points[1], &coarse = curve.points[2];
     CHECK(!whole.target);
-    CHECK(whole.score.set.mse == 0);
-    CHECK(whole.score.ssim == doctest::Approx(1));
-    CHECK(whole.score.flip == 0);
+    CHECK(whole.score.accuracy.max_error == 0);
+    CHECK(whole.score.accuracy.ssim.mean == doctest::Approx(1));
+    CHECK(whole.score.accuracy.flip.mean == 0);
     CHECK(fine.sizes.archive.file < whole.sizes.archive.file);
     CHECK(coarse.sizes.archive.file < fine.sizes.archive.file);
-    CHECK(coarse.score.set.psnr < fine.score.set.psnr);
-    CHECK(coarse.score.ssim < fine.score.ssim);
-    CHECK(coarse.score.worst_flip >= coarse.score.flip);
-    CHECK(coarse.score.frame_ms > 0);
+    CHECK(coarse.score.accuracy.psnr_pooled < fine.score.accuracy.psnr_pooled);
+    CHECK(coarse.score.accuracy.ssim.mean < fine.score.accuracy.ssim.mean);
+    CHECK(coarse.score.accuracy.flip.worst >= coarse.score.accuracy.flip.mean);
+    CHECK(timesOf(coarse.score.frames).device.median > 0);
     for (const CurvePoint& point : curve.points) {
         CHECK(point.score.detail_ms.size() == std::size(kTimedDetails));
         CHECK(std::ranges::all_of(point.score.detail_ms, [](double ms) { return ms > 0 && ms < 60'000; }));
@@ -259,7 +259,7 @@ TEST_CASE("a curve is what bakes one by one are, and a target that cannot be kep
     alone.target_psnr = 40;
     const BakeReport report = bake(alone, {});
     CHECK(report.after.archive.file == coarse.sizes.archive.file);
-    CHECK(report.verdict.mse == coarse.score.set.mse);
+    CHECK(report.verdict.psnr == coarse.score.accuracy.psnr_pooled);
     BakeOptions none = options;
     CHECK_THROWS_AS((void)bakeCurve(none, {300}, model.folder / "scratch.gsc", {}), Error);
 }

@@ -109,8 +109,8 @@ TEST_CASE("a curve that was stopped goes on, and its state stays until it is wri
     CHECK(curve.warnings == never.warnings);
     for (size_t i = 0; i < curve.points.size(); ++i) {
         CHECK(curve.points[i].sizes.archive.file == never.points[i].sizes.archive.file);
-        CHECK(curve.points[i].score.set.mse == never.points[i].score.set.mse);
-        CHECK(curve.points[i].score.ssim == never.points[i].score.ssim);
+        CHECK(curve.points[i].score.accuracy.frame_psnr == never.points[i].score.accuracy.frame_psnr);
+        CHECK(curve.points[i].score.accuracy.ssim.mean == never.points[i].score.accuracy.ssim.mean);
     }
     CHECK(std::filesystem::exists(options.resume));
 }

@@ -74,7 +74,7 @@ def configurations(devices: list[str]) -> dict:
 def measure(args: argparse.Namespace, options: list, in_flight: int, warmup: int) -> dict:
     report = json.loads(run(args.play, "bench", args.model, *view(args, args.cameras), *options, "--frames-in-flight", in_flight,
                             "--warmup", warmup, "--measure", args.frames, "--format", "json"))
-    wall, workers = report["ms"]["wall"], report["workers"] or {}
+    wall, workers = report["ms"]["wall"], report.get("service", {})
     return {"mean": wall["mean"], "median": wall["median"], "p99": wall["p99"], "device": report["device"]["name"],
             "cause": workers.get("cause")}
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Lines of gsc.run/1 with the shape of real ones: frame times with spikes, errors that grow with what is reused.
+"""Lines of gsc.run/2 with the shape of real ones: frame times with spikes, errors that grow with what is reused.
 
 usage: make_runs.py [--trajectories N] [--runs N] [--frames N] [--eyes 1|2] [--label TEXT] [--seed N] > runs.jsonl
 
@@ -66,19 +66,19 @@ def row(trajectory, config, frames, eyes, label, rng):
     reused = [visible - min(value, visible) for value in decoded]
     cache = 0 if config["policy"] == "none" else visible * 10 * 48 + (1 << 20)
     settings = {
-        "id": f"{rng.getrandbits(64):016x}", "trajectory": trajectory, "cameras": f"paths/{trajectory}.json", "frames": frames, "warmup": 5,
-        "cold": True, **{key: config[key] for key in ("policy", "max_depth", "guidance", "bound", "decode_budget")},
-        "cache_budget": None, "tier": config["tier"], "lod_bias": 0, "lod_fade": 0, "lod_hysteresis": 0, "fovea_pixels": None,
+        "id": f"{rng.getrandbits(64):016x}", "trajectory": trajectory, "cameras": f"paths/{trajectory}.json", "shots": frames,
+        "frames": frames, "warmup": 5, "cold": True, "frames_in_flight": 1, **{key: config[key] for key in ("policy", "max_depth", "guidance", "bound", "decode_budget")},
+        "cache_budget": None, "tier": config["tier"], "lod_bias": 0, "lod_fade": 0, "lod_hysteresis": 0, "detail": 0, "fovea_pixels": None, "target_ms": None,
         "stereo": "exact", "eyes": eyes, "ipd": 0.064 if eyes == 2 else None, "size": [640, 480], "fov_degrees": None, "near": None,
         "appearance": None, "threads": 0, "vram_budget": None}
     stages = {name: spread([value * share for value in wall]) for name, share in
               (("select", 0.05), ("decode", 0.4), ("project", 0.1), ("bin", 0.1), ("sort", 0.05), ("blend", 0.3))}
     return {
-        "schema": "gsc.run/1", "tool": {"name": "gsc-play", "version": "0.1.0", "commit": "0a1b2c3d4e5f"}, "label": label,
+        "schema": "gsc.run/2", "tool": {"name": "gsc-play", "version": "0.1.0", "commit": "0a1b2c3d4e5f"}, "label": label,
         "file": {"path": "models/fox.gsc", "bytes": 4300800, "anchors": anchors}, "backend": "cpu", "reference": "cpu", "rendered_tier": config["tier"],
         "device": {"name": "AMD EPYC 9555", "driver": None, "memory_bytes": 16 << 30, "processors": 2, "clock_mhz": None, "memory_clock_mhz": None, "context_bytes": None},
         "config": settings,
-        "ms": {"wall": spread(wall), "device": spread([value * 0.98 for value in wall]), "stages": stages},
+        "ms": {"open": None, "load": None, "wall": spread(wall), "device": spread([value * 0.98 for value in wall]), "stages": stages},
         "accuracy": {
             "scored": {"first": 0, "every": 1},
             "psnr": {"pooled": pooled, "p1": None if exact else sorted(psnr)[0], "min": None if exact else min(psnr),
@@ -88,12 +88,12 @@ def row(trajectory, config, frames, eyes, label, rng):
             "flip": {"mean": 0.0 if exact else 0.001, "max": 0.0 if exact else 0.004, "frames": min(frames, 12)},
             "temporal": {"rms": spread(known)["mean"], "p50": spread(known)["median"], "p99": spread(known)["p99"], "max": max(known),
                          "max_frame": temporal.index(max(known)) if frames > 1 else 0},
-            "motion": None, "pop": None},
+            "motion": None, "pop": None, "error_pop": None},
         "reuse": {
             "decoded_per_frame": spread(decoded), "reused_per_frame": spread(reused),
             "hit_rate": sum(reused) / (sum(reused) + sum(decoded)), "overdue": 0, "evictions": 0,
             "cache_bytes": cache},
-        "peak_bytes": (40 << 20) * eyes + cache, "repeats": 0,
+        "peak_bytes": (40 << 20) * eyes + cache, "repeats": 0, "warnings": [],
         "per_frame": {"wall_ms": wall, "psnr": psnr, "temporal": temporal, "decoded": decoded}}
 
 

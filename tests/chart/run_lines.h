@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines of gsc.run/1 for tests, as short as they may be. make_runs.py makes long ones.
+// Lines of gsc.run/2 for tests, as short as they may be. make_runs.py makes long ones.
 #pragma once
 
 #include "convert/chart/rows/run_set.h"
@@ -15,7 +15,7 @@ namespace gsc {
 nlohmann::json plainRun();
 // plainRun() with another policy, another median, and PSNR `psnr` in all three forms of accuracy; null = equal.
 nlohmann::json runOf(const std::string& policy, double ms, const nlohmann::json& psnr);
-ChartRun parsed(const nlohmann::json& line); // throws what parseRunLine() throws
+ChartRun parsed(const nlohmann::json& line); // throws as addRuns()
 std::vector<ChartRun> hostileRuns();         // two of one trajectory, with names that try to be markup
 
 } // namespace gsc

@@ -240,8 +240,24 @@ TEST_CASE("a tier that the backend draws as another says so")
 {
     json fast = runOf("none", 3, 60), exact = runOf("none", 3, nullptr);
     fast["rendered_tier"] = "exact";
-    exact["config"]["tier"] = "exact";
+    exact["config"]["tier"] = exact["rendered_tier"] = "exact";
     const auto model = chartModel({parsed(fast), parsed(exact)});
     CHECK(model["panels"][0]["rows"][0]["name"] == "none, tier fast drawn as exact");
     CHECK(model["panels"][0]["rows"][1]["name"] == "none, tier exact");
+}
+
+TEST_CASE("runs that were not scored have times and speed-ups, and no place on the front")
+{
+    json none = runOf("none", 6, 60), fast = runOf("depth", 3, 60);
+    fast.erase("accuracy");
+    const auto model = chartModel({parsed(none), parsed(fast)});
+    const auto& row = model["panels"][0]["rows"][1];
+    CHECK(row["scored"] == false);
+    CHECK(row["speedup"] == 2);
+    CHECK(indices(model["panels"][0]["views"]["min"]["front"]) == Indices{0});
+    none.erase("accuracy");
+    const auto verdict = chartModel({parsed(none), parsed(fast)})["panels"][0]["verdict"];
+    for (const auto& floor : verdict["floors"])
+        CHECK(floor["row"].is_null());
+    CHECK(verdict["sentences"][0]["text"].get<std::string>().starts_with("No run was scored against exact"));
 }

@@ -109,6 +109,8 @@ TEST_CASE("figures of odd runs: one frame, all broken, all equal, frames of othe
         return;
     json single = plainRun(), broken = runOf("error", 1e-6, kBrokenPsnr), longer = runOf("depth", 1e6, 1e-3);
     single["per_frame"] = {{"wall_ms", {4}}, {"psnr", {nullptr}}, {"temporal", {nullptr}}, {"decoded", {0}}};
+    single["config"]["shots"] = single["config"]["frames"] = 1;
+    longer["config"]["shots"] = longer["config"]["frames"] = 3;
     broken["per_frame"]["psnr"] = {kBrokenPsnr, kBrokenPsnr};
     broken["accuracy"]["max_error"] = 1e30;
     broken["peak_bytes"] = 0;

@@ -40,44 +40,65 @@ TEST_CASE("a run is read as it is written; null decibels are infinite")
     CHECK(row.ms.wall.median == 2.5);
     CHECK(row.ms.wall.p99 == 6);
     CHECK(row.ms.stages[kDecodeStage].median == 1.25);
-    CHECK(row.accuracy.psnr_min == 41.25);
-    CHECK(std::isinf(row.accuracy.frame_psnr[0]));
-    CHECK(row.accuracy.frame_psnr[1] == 41.25);
-    CHECK(std::isnan(row.accuracy.frame_temporal[0]));
+    CHECK(row.accuracy->psnr_min == 41.25);
+    CHECK(std::isinf(row.accuracy->frame_psnr[0]));
+    CHECK(row.accuracy->frame_psnr[1] == 41.25);
+    CHECK(std::isnan(row.accuracy->frame_temporal[0]));
     CHECK(row.decoded == std::vector<uint64_t>{10, 10});
-    CHECK(std::isinf(parsed(plainRun()).accuracy.psnr_pooled));
-    CHECK(row.accuracy.ssim.frames == 0);
+    CHECK(std::isinf(parsed(plainRun()).accuracy->psnr_pooled));
+    CHECK(row.accuracy->ssim.frames == 0);
 }
 
 TEST_CASE("blank lines count, other known forms are skipped and told")
 {
     RunSet runs;
     const std::string good = plainRun().dump();
-    addRuns("\n" + good + "\r\n{\"schema\":\"gsc.bench/1\"}\n  \n{\"schema\":\"gsc.bench/1\"}\n" + good, "a.jsonl",
-            runs);
+    addRuns("\n" + good + "\r\n{\"schema\":\"gsc.play/1\"}\n  \n{\"schema\":\"gsc.play/1\"}\n" + good, "a.jsonl", runs);
     CHECK(runs.rows.size() == 2);
     CHECK(runs.skipped == 2);
     REQUIRE(runs.notes.size() == 1);
-    CHECK(runs.notes[0] == "a.jsonl: skipped 2 lines of gsc.bench/1, which gsc chart does not draw");
+    CHECK(runs.notes[0] == "a.jsonl: skipped 2 lines of gsc.play/1, which gsc chart does not draw");
 }
 
 TEST_CASE("a broken line is refused by file, number and place")
 {
     const std::string good = plainRun().dump() + "\n";
-    CHECK(refusal(good + good + "{\"schema\": \"gsc.run/1\",").starts_with("runs.jsonl:3: is not JSON"));
+    CHECK(refusal(good + good + "{\"schema\": \"gsc.run/2\",").starts_with("runs.jsonl:3: is not JSON"));
     CHECK(refusal("\xff\xfe").starts_with("runs.jsonl:1: is not JSON"));
     CHECK(refusal("[1]").find("expected an object") != std::string::npos);
     CHECK(refusal("{}").starts_with("runs.jsonl:1: has no schema"));
-    CHECK(refusal("{\"schema\":\"other/1\"}").find("\"other/1\", expected gsc.run/1") != std::string::npos);
-    CHECK(refusal("{\"schema\":\"gsc.run/2\"}", ErrorCode::Unsupported).find("gsc.run/2") != std::string::npos);
+    CHECK(refusal("{\"schema\":\"other/1\"}").find("\"other/1\", expected gsc.run/2") != std::string::npos);
+    CHECK(refusal("{\"schema\":\"gsc.run/3\"}", ErrorCode::Unsupported) ==
+          "runs.jsonl:1: schema is gsc.run/3, expected gsc.run/2; use the gsc of the program that wrote it");
 }
 
 TEST_CASE("every field the charts need is required and checked")
 {
-    for (const char* pointer :
-         {"/tool", "/label", "/file/path", "/backend", "/device/name", "/config/policy", "/config/tier",
-          "/config/frames", "/config/size", "/ms/wall/median", "/ms/stages/decode", "/accuracy/psnr/min",
-          "/reuse/hit_rate", "/peak_bytes", "/per_frame/psnr", "/per_frame/decoded"}) {
+    for (const char* pointer : {"/tool",
+                                "/label",
+                                "/file/path",
+                                "/backend",
+                                "/device/name",
+                                "/config/policy",
+                                "/config/tier",
+                                "/config/frames",
+                                "/config/size",
+                                "/ms/wall/median",
+                                "/ms/stages/decode",
+                                "/accuracy/psnr/min",
+                                "/reuse/hit_rate",
+                                "/peak_bytes",
+                                "/per_frame/psnr",
+                                "/per_frame/decoded",
+                                "/rendered_tier",
+                                "/config/detail",
+                                "/config/shots",
+                                "/config/target_ms",
+                                "/accuracy/scored",
+                                "/accuracy/pop",
+                                "/warnings",
+                                "/repeats",
+                                "/reference"}) {
         CAPTURE(pointer);
         json line = plainRun();
         const json::json_pointer place(pointer);
@@ -115,17 +136,35 @@ TEST_CASE("every field the charts need is required and checked")
     }
 }
 
-TEST_CASE("a run of an earlier version with a cache that is no more is refused, one without is plain")
+TEST_CASE("rows of an earlier version are refused with the command that makes new ones")
 {
-    for (const char* cache : {"cut", "order"}) {
-        json line = plainRun();
-        line["config"][cache] = false;
-        CHECK(parsed(line).config.reuse.policy == "none");
-        line["config"][cache] = true;
-        CHECK(refusal(line.dump()).starts_with("runs.jsonl:1: config." + std::string(cache) + " is true, expected "));
-        line["config"][cache] = 0;
-        CHECK(refusal(line.dump()).find(", expected true or false") != std::string::npos);
+    for (const auto& [kind, command] :
+         {std::pair("run", "gsc-play bench MODEL.gsc --sweep "), std::pair("bench", "gsc-play bench MODEL.gsc --out "),
+          std::pair("stability", "gsc-play stability MODEL.gsc "), std::pair("curve", "gsc bake MODEL.gsc --curve ")}) {
+        const std::string schema = std::string("gsc.") + kind + "/1";
+        CHECK(refusal("{\"schema\":\"" + schema + "\"}", ErrorCode::Unsupported)
+                  .starts_with("runs.jsonl:1: schema is " + schema +
+                               ", of an earlier version, expected gsc.run/2; make new rows with " + command));
     }
+}
+
+TEST_CASE("a run that was not scored is one all the same, and one with some frames scored tells which")
+{
+    json line = plainRun();
+    line.erase("accuracy");
+    CHECK(refusal(line.dump()) == "accepted");
+    line["per_frame"].erase("psnr");
+    line["per_frame"].erase("temporal");
+    line["reference"] = nullptr;
+    CHECK_FALSE(parsed(line).accuracy);
+    CHECK(parsed(line).reference.empty());
+    line = plainRun();
+    line["accuracy"]["scored"] = {{"listed", {1}}};
+    line["per_frame"]["psnr"] = {nullptr};
+    line["per_frame"]["temporal"] = {nullptr};
+    CHECK(parsed(line).accuracy->scored.frameOf(0) == 1);
+    line["accuracy"]["scored"]["listed"] = {1, 1};
+    CHECK(refusal(line.dump()).find("expected ascending numbers of frames") != std::string::npos);
 }
 
 TEST_CASE("a run measured again is a repeat: the one in the middle stands for all, with their spread")
@@ -217,17 +256,17 @@ TEST_CASE("the accuracy of repeats is the worst of all, each score for itself")
     second["accuracy"]["flip"] = {{"mean", 0}, {"max", 0}, {"frames", 2}};
     const ChartRun row = folded({third, first, second});
     CHECK(row.ms.wall.median == 2);
-    CHECK(row.accuracy.psnr_min == 49);
-    CHECK(row.accuracy.psnr_p1 == 49);
-    CHECK(row.accuracy.psnr_pooled == 60);
-    CHECK(row.accuracy.max_error == 0.5);
-    CHECK(row.accuracy.temporal.max == 0.25);
-    CHECK(row.accuracy.ssim.mean == 0.75);
-    CHECK(row.accuracy.flip.mean == 0.25);
-    CHECK(folded({second, measured(4, kBrokenPsnr, 1e30, nullptr), third}).accuracy.psnr_min == kBrokenPsnr);
-    CHECK(folded({second, measured(2.5, nullptr, 0, nullptr)}).accuracy.temporal.images == 0);
+    CHECK(row.accuracy->psnr_min == 49);
+    CHECK(row.accuracy->psnr_p1 == 49);
+    CHECK(row.accuracy->psnr_pooled == 60);
+    CHECK(row.accuracy->max_error == 0.5);
+    CHECK(row.accuracy->temporal.max == 0.25);
+    CHECK(row.accuracy->ssim.mean == 0.75);
+    CHECK(row.accuracy->flip.mean == 0.25);
+    CHECK(folded({second, measured(4, kBrokenPsnr, 1e30, nullptr), third}).accuracy->psnr_min == kBrokenPsnr);
+    CHECK(folded({second, measured(2.5, nullptr, 0, nullptr)}).accuracy->temporal.images == 0);
     // of the same times only what has the same accuracy was told before
-    CHECK(folded({measured(1, 60, 0.01, nullptr), measured(1, 49, 0.01, nullptr)}).accuracy.psnr_min == 49);
+    CHECK(folded({measured(1, 60, 0.01, nullptr), measured(1, 49, 0.01, nullptr)}).accuracy->psnr_min == 49);
 }
 
 TEST_CASE("the time of an even number of repeats is the mean of the two in the middle")
@@ -270,14 +309,9 @@ TEST_CASE("a file given twice repeats nothing")
     CHECK(runs.notes[0] == "left out 2 lines told before: the same run with the same times");
 }
 
-TEST_CASE("fields that only newer lines have")
+TEST_CASE("a field that is not known is passed over")
 {
     json line = plainRun();
-    CHECK(parsed(line).rendered_tier == "fast");
-    CHECK(parsed(line).reference.empty());
-    line["rendered_tier"] = "exact";
-    line["reference"] = "cuda";
     line["something"] = {1, 2};
-    CHECK(parsed(line).rendered_tier == "exact");
-    CHECK(parsed(line).reference == "cuda");
+    CHECK(parsed(line).rendered_tier == "fast");
 }

@@ -141,7 +141,7 @@ def large_model(gsc, data):
 
 def runs(gsc, data):
     """runs.jsonl: 24 runs on two trajectories; one.jsonl: one of a single frame; broken.jsonl: its second line is cut;
-    mixed.jsonl: a run, a line of gsc.bench/1 and the run's line again; again.jsonl: that run, measured again;
+    mixed.jsonl: a run, a line of gsc.play/1 and the run's line again; again.jsonl: that run, measured again;
     unscored.jsonl: its second line has an error but no score; timeless.jsonl: a run of 0 ms. service.jsonl: the trace of a
     service; services.jsonl: two, the second of one worker; indented.json: the first over many lines; halftrace.jsonl: cut."""
     sys.path.insert(0, str(Path(__file__).parents[1] / "chart"))
@@ -166,9 +166,12 @@ def runs(gsc, data):
     again = make_runs.rows(trajectories=1, runs=1, frames=1)
     again[0]["ms"]["wall"]["median"] = 0
     write("timeless.jsonl", again)
-    write("mixed.jsonl", [*one, {"schema": "gsc.bench/1"}, *one])
+    curve = {"target_psnr": None, "model_anchors": 9, "most_pixels": 9, "archive_bytes": 9, "worst_pose": "a",
+             "detail_ms": {"0": 1, "1": 1, "2": 1, "4": 1}}
+    write("curve.jsonl", [line | {"curve": curve} for line in one])
+    write("mixed.jsonl", [*one, {"schema": "gsc.play/1"}, *one])
     (data / "broken.jsonl").write_text(json.dumps(one[0]) + "\n" + json.dumps(one[0])[:500] + "\n")
-    (data / "other.jsonl").write_text('{"schema": "gsc.bench/1"}\n')
+    (data / "other.jsonl").write_text('{"schema": "gsc.play/1"}\n')
     (data / "empty.jsonl").write_text("")
     import make_traces
 

@@ -26,13 +26,20 @@ class BenchCliTest(PlayTest):
             self.refused(*base, name, code=1, says=says)
         other = self.tiny("other.gsc")
         keep[other] = other.read_bytes()
-        self.refused(*base, other, code=3, says="line 1 is no row of a bench")
-        for text in ("precious", "{", "{}", '{"schema":"gsc.bench/x"}', "precious\n", "\n", "[1]\n", '{"schema":"gsc.run/1","x":1}\n', '{"schema":"gsc.bench/"}\n',
-                     '{"schema":"gsc.bench/x"}\n', '{"schema":"gsc.bench/1"\n', '{"schema":"gsc.bench/1"}\nprecious'):
+        self.refused(*base, other, code=3, says="line 1 is no row of a measurement")
+        for text in ("precious", "{", "{}", "precious\n", "\n", "[1]\n", '{"schema":"gsc.frame-stats/1","x":1}\n', '{"schema":"gsc.run/2"}\n',
+                     '{"schema":"gsc.run/2","x":1}\n', '{"schema":"gsc.run/2"\n', '{"schema":"gsc.run/2","x":1\nprecious'):
             (self.folder / "notes").write_text(text)
-            self.refused(*base, "notes", code=3, says="is no row of a bench, expected \"gsc.bench/1\"")
+            self.refused(*base, "notes", code=3, says="expected")
             self.assertEqual((self.folder / "notes").read_text(), text)
-        self.refused("bench", "none.gsc", "--out", "notes", code=3, says="is no row of a bench")  # before any work
+        self.refused("bench", "none.gsc", "--out", "notes", code=3, says="is no row of a measurement")  # before any work
+        for kind, maker in (("bench", "gsc-play bench MODEL.gsc --out"), ("run", "--sweep"), ("stability", "gsc-play stability")):
+            text = f'{{"schema":"gsc.{kind}/1","x":1}}\n'  # of an earlier version
+            (self.folder / "notes").write_text(text)
+            said = self.play(*base, "notes", code=5).stderr
+            self.assertIn(f"notes:1: schema is gsc.{kind}/1, of an earlier version, expected gsc.run/2; make new rows with ", said)
+            self.assertIn(maker, said)
+            self.assertEqual((self.folder / "notes").read_text(), text)
         self.refused(*base, "/dev/stdout", code=2, says="- for standard output")
         self.refused(*base, "none/b.jsonl", code=2, says="folder does not exist")
         self.assertEqual(keep, {path: path.read_bytes() for path in keep})
@@ -45,19 +52,19 @@ class BenchCliTest(PlayTest):
         self.bench("--measure", "1", "--out", "b.jsonl")
         self.assertTrue((self.folder / "b.jsonl").is_symlink())
         first = rows.read_text()
-        for tail in ('{"', '{"schema":"gsc.ben', first[:100], first[:-2]):
+        for tail in ('{"', '{"schema":"gsc.ru', first[:100], first[:-2]):
             rows.write_text(first + tail)
             run = self.bench("--measure", "1", "--out", "b.jsonl")
             self.assertIn("line 2 is half-written", run.stderr)
             lines = rows.read_text().splitlines()
             self.assertEqual((lines[0] + "\n", len(lines)), (first, 2))
-            check_schema("bench-report", json.loads(lines[1]))
+            check_schema("run", json.loads(lines[1]))
         for before in ("", first):  # the last row lacks its end alone
             rows.write_text(before + first[:-1])
             run = self.bench("--measure", "1", "--out", "b.jsonl")
             self.assertNotIn("half-written", run.stderr)
             self.assertTrue(rows.read_text().startswith(before + first))
-            check_schema("bench-report", json.loads(rows.read_text()[len(before + first):]))
+            check_schema("run", json.loads(rows.read_text()[len(before + first):]))
         rows.write_text(first + rows.read_text().splitlines(keepends=True)[-1])
         runs = [subprocess.Popen([PLAY, "bench", self.model, "--size", "8x8", "--measure", "5", "--warmup", "0", "--backend",
                                   "cpu", "--out", rows, "-q"], stdout=subprocess.DEVNULL) for _ in range(4)]
@@ -69,24 +76,25 @@ class BenchCliTest(PlayTest):
             run = self.bench("--eyes", "2", "--ipd", "0.1", "--measure", frames, "--quality", "3", "--label", "a b",
                              "--out", "b.jsonl", "--format", "json", "--fov", "60")
             report = json.loads(run.stdout)
-            check_schema("bench-report", report)
+            check_schema("run", report)
             self.assertEqual(report["config"]["frames"], frames)
         lines = [json.loads(line) for line in (self.folder / "b.jsonl").read_text().splitlines()]
         self.assertEqual([line["config"]["frames"] for line in lines], [1, 9])
         self.assertEqual(lines[1], report)
         self.assertEqual(report["label"], "a b")
-        self.assertIsNone(report["roofline"])  # a CPU's ceilings are not measured
+        self.assertNotIn("roofline", report["work"])  # a CPU's ceilings are not measured
         version = self.play("--version").stdout.splitlines()[0]
         commit = report["tool"]["commit"]
         self.assertEqual(version, f"gsc-play {report['tool']['version']}" + (f", commit {commit}" if commit else ""))
         self.assertEqual(report["config"]["shots"], 4)
         self.assertEqual(report["config"]["size"], [48, 32])
         self.assertAlmostEqual(report["config"]["fov_degrees"], 60)
-        self.assertEqual(report["pixels_per_frame"], 2 * 48 * 32)
-        self.assertEqual(report["quality"]["images"], 6)
-        self.assertEqual(report["quality"]["reference"], "cpu")
-        self.assertGreater(report["per_eye"]["gaussians_visible"]["max"], 0)
-        for spread in (report["ms"]["wall"], report["ms"]["device"], report["ns_per_gaussian"]):
+        self.assertEqual(report["work"]["pixels_per_frame"], 2 * 48 * 32)
+        self.assertEqual(report["accuracy"]["scored"], {"listed": [0, 1, 2]})
+        self.assertEqual(len(report["per_frame"]["psnr"]), 3)
+        self.assertEqual(report["reference"], "cpu")
+        self.assertGreater(report["work"]["per_eye"]["gaussians_visible"]["max"], 0)
+        for spread in (report["ms"]["wall"], report["ms"]["device"], report["work"]["ns_per_gaussian"]):
             self.assertGreater(spread["median"], 0)
             self.assertLessEqual(spread["median"], spread["p95"])
             self.assertLessEqual(spread["p95"], spread["p99"])
@@ -106,8 +114,9 @@ class BenchCliTest(PlayTest):
         for line in (self.folder / "s.jsonl").read_text().splitlines():
             check_schema("frame-stats", json.loads(line))
         report = json.loads(self.bench("--measure", "3", *options, "--format", "json").stdout)
-        check_schema("bench-report", report)
-        self.assertEqual((report["config"]["reuse"], report["config"]["lod_bias"]), (said, -1))
+        check_schema("run", report)
+        self.assertEqual({key: report["config"][key] for key in said}, said)
+        self.assertEqual(report["config"]["lod_bias"], -1)
         self.assertIn("reuse error: ", self.small(*options).stdout)
         self.assertIn("cache_evictions", self.bench("--measure", "3", *options).stdout)
         self.assertNotIn("cache_evictions", self.bench("--measure", "3").stdout)
@@ -145,12 +154,12 @@ class BenchCliTest(PlayTest):
 
         bench = ("bench", *base, "--warmup", "2", "--measure", "6", *target)
         report = json.loads(self.play(*bench, "--format", "json").stdout)
-        check_schema("bench-report", report)
-        self.assertLess(report["config"]["lod_bias_used"]["min"], report["config"]["lod_bias_used"]["max"])
+        check_schema("run", report)
+        self.assertLess(report["work"]["target"]["lod_bias_used"]["min"], report["work"]["target"]["lod_bias_used"]["max"])
         self.assertIn("target 0.0001 ms: LOD bias", self.play(*bench).stdout)
         report = json.loads(self.play(*bench[:-1], "fast", "--format", "json").stdout)  # detail first
-        check_schema("bench-report", report)
-        self.assertGreaterEqual(report["config"]["detail_used"]["max"], 1)
+        check_schema("run", report)
+        self.assertGreaterEqual(report["work"]["target"]["detail_used"]["max"], 1)
         self.refused("bench", model, "--sweep", "x.json", "--target-ms", "5", code=1, says="--target-ms")
         self.refused(*base, "--lod-fade", "2", code=1, says="--lod-fade")
         self.refused(*base, "--lod-hysteresis", "0.1", "--backend", "cpu-reference", code=5, says="hysteresis")
@@ -168,14 +177,14 @@ class BenchCliTest(PlayTest):
                     self.assertEqual([json.loads(line)[name] for name in groups], [0] * 4)
             self.assertEqual(f"detail {detail}: groups per frame" in self.small(*options).stdout, detail > 0)
             report = json.loads(self.bench("--measure", "3", *options, "--format", "json").stdout)
-            check_schema("bench-report", report)
-            self.assertEqual((report["config"]["detail"], list(report["coarse"])), (detail, groups))
+            check_schema("run", report)
+            self.assertEqual((report["config"]["detail"], list(report["work"]["coarse"])), (detail, groups))
             self.assertEqual("groups_stale" in self.bench("--measure", "3", *options).stdout, detail > 0)
         run = self.play("bench", self.model, "--size", "48x32", "--measure", "3", "--detail", "2", "--quality", "3", "--format", "json")
         self.assertIn("in no order", run.stderr)  # the stored cameras, though they are gone round in turn
         report = json.loads(run.stdout)
-        self.assertEqual((report["config"]["detail"], sum(report["coarse"][name]["max"] for name in groups)), (0, 0))
-        self.assertEqual(report["quality"]["frames"], [0, 1, 2])  # nothing depends on those before
+        self.assertEqual((report["config"]["detail"], sum(report["work"]["coarse"][name]["max"] for name in groups)), (0, 0))
+        self.assertEqual(report["accuracy"]["scored"], {"listed": [0, 1, 2]})  # nothing depends on those before
         live = ("live", self.model, "--size", "48x32", "--rate", "1000", "--detail", "2")
         self.assertIn("in no order", self.play(*live).stderr)
         self.assertNotIn("order", self.play(*live, "--cameras", self.path).stderr)
@@ -188,15 +197,15 @@ class BenchCliTest(PlayTest):
 
     def quality(self, *options: str) -> dict:
         report = json.loads(self.bench("--measure", "1", *options, "--format", "json").stdout)
-        check_schema("bench-report", report)
-        return report["quality"]
+        check_schema("run", report)
+        return report["accuracy"]
 
     def test_quality_is_against_exact_without_a_bias(self) -> None:
         self.model = self.tiny("levels.gsc", "0", "3", "3")
         plain = self.quality("--quality", "4")
-        self.assertIsNone(plain["psnr_pooled"])  # a CPU draws exact
+        self.assertIsNone(plain["psnr"]["pooled"])  # a CPU draws exact
         biased = self.quality("--quality", "4", "--lod-bias", "-1")
-        self.assertIsNotNone(biased["psnr_pooled"])
+        self.assertIsNotNone(biased["psnr"]["pooled"])
         self.assertGreater(biased["max_error"], 0)
 
     def test_quality_of_frames_that_depend_on_those_before(self) -> None:
@@ -219,11 +228,9 @@ class BenchCliTest(PlayTest):
             self.assertEqual(len(row["per_frame"]["psnr"]), len(row["per_frame"]["wall_ms"]) // 2)
             self.assertIsNone(row["accuracy"]["temporal"])
             quality = self.quality("--score-every", "2", "--score-first", "1", *options)
-            self.assertEqual(quality["frames"], [1, 3])
-            self.assertEqual(quality["psnr_pooled"], row["accuracy"]["psnr"]["pooled"])
-            self.assertEqual(quality["psnr_worst"], row["accuracy"]["psnr"]["min"])
-            self.assertIsNotNone(quality["psnr_pooled"])
-        self.assertEqual(self.quality("--quality", "2", "--target-ms", "0.0001")["frames"], [1, 3])
+            self.assertEqual(quality, row["accuracy"])
+            self.assertIsNotNone(quality["psnr"]["pooled"])
+        self.assertEqual(self.quality("--quality", "2", "--target-ms", "0.0001")["scored"], {"listed": [1, 3]})
         self.refused("bench", self.model, "--quality", "1", "--score-every", "2", code=1, says="together with")
         self.refused("bench", self.model, "--score-first", "4", "--cameras", self.path, "--size", "8x8", code=1,
                      says="--score-first 4")
@@ -231,13 +238,15 @@ class BenchCliTest(PlayTest):
     def test_bench_foveation(self) -> None:
         base = ("--eyes", "2", "--ipd", "0.1", "--measure", "2", "--quality", "3", "--reference", "cpu-reference")
         plain = json.loads(self.bench(*base, "--format", "json").stdout)
-        self.assertNotIn("fovea", plain["quality"])
+        self.assertNotIn("fovea", plain["accuracy"])
         thin = ("--foveation", "fixed", "--fovea-pixels", "1.5")
         report = json.loads(self.bench(*base, *thin, "--format", "json").stdout)
-        check_schema("bench-report", report)
+        check_schema("run", report)
         self.assertEqual(report["config"]["fovea_pixels"], 1.5)
-        fovea = report["quality"].pop("fovea")
-        self.assertEqual(report["quality"], plain["quality"])  # a CPU draws everything
+        fovea = report["accuracy"].pop("fovea")
+        self.assertGreater(report["accuracy"].pop("flip")["mean"], 0)
+        self.assertIsNone(plain["accuracy"].pop("flip"))
+        self.assertEqual(report["accuracy"], plain["accuracy"])  # a CPU draws everything
         for part in fovea.values():
             self.assertLessEqual(part["psnr"]["min"], part["psnr"]["pooled"])
             self.assertLess(part["psnr"]["min_frame"], 3)
@@ -245,18 +254,18 @@ class BenchCliTest(PlayTest):
         self.assertRegex(self.bench(*base, *thin).stdout,
                          r"\nwithin 12 degrees of the gaze: PSNR .* dB pooled, .* dB worst, FLIP .*; around it: PSNR ")
         self.assertNotIn("12 degrees", self.bench(*base).stdout)
-        self.assertNotIn("fovea", json.dumps(json.loads(self.bench("--measure", "2", *thin, "--format", "json").stdout)["quality"]))
+        self.assertNotIn("accuracy", json.loads(self.bench("--measure", "2", *thin, "--format", "json").stdout))
 
     def test_bench_defaults(self) -> None:
         report = json.loads(self.play("bench", self.model, "--size", "8x8", "-q", "--format", "json").stdout)
-        check_schema("bench-report", report)
+        check_schema("run", report)
         self.assertGreaterEqual(report["config"]["frames"], 300)
         self.assertGreater(report["config"]["warmup"], 0)
 
     def test_bench_floors(self) -> None:
         report = json.loads(subprocess.run([WRITE_REPORT], capture_output=True, text=True, check=True).stdout)
-        check_schema("bench-report", report)
-        stages = report["roofline"]["stages"]
+        check_schema("run", report)
+        stages = {stage["name"]: stage for stage in report["work"]["roofline"]["stages"]}
         blend = stages["blend"]
         self.assertEqual((blend["bytes_read"], blend["bytes_written"]), (40e6, 12e6))
         self.assertEqual((blend["lane_operations"], blend["exponentials"]), (1.4e9, 1e8))
@@ -274,9 +283,11 @@ class BenchCliTest(PlayTest):
 
     def test_bench_repeats(self) -> None:
         report = json.loads(subprocess.run([WRITE_REPORT], capture_output=True, text=True, check=True).stdout)
-        check_schema("bench-report", report)
-        self.assertEqual(report["repeats"], {"frames": 2, "count": 3, "sum_ms": 7.5, "max_ms": 5})
-        self.assertEqual(report["frames_that_grew"], 1)
+        check_schema("run", report)
+        work = report["work"]
+        self.assertEqual(report["repeats"], 3)
+        self.assertEqual((work["frames_repeated"], work["repeat_ms"], work["most_repeat_ms"]), (2, 7.5, 5))
+        self.assertEqual(work["frames_that_grew"], 1)
         text = subprocess.run([WRITE_REPORT, "text"], capture_output=True, text=True, check=True).stdout
         self.assertIn("drawn again because a buffer was too small: 2 measured frames, 3 repeats; they took 7.500 of the "
                       "device's milliseconds above, 5.000 at most in a frame\n", text)

@@ -132,7 +132,7 @@ TEST_CASE("fovea: equal, not finite and no pixel at all; read back it is the sam
 TEST_CASE("fovea: a run's accuracy has it with a gaze alone, and its parts make the whole")
 {
     const Row exact(0.5f, 0.5f, 0.5f);
-    Scorer with({0, 2}), without({0, 2});
+    Scorer with({{}, 0, 2}), without({{}, 0, 2});
     const EyeGaze gaze = lookingAt();
     for (uint64_t frame = 0; frame < 3; ++frame) { // FLIP in frames 0 and 2
         const Row image(0.6f + 0.1f * float(frame), 0.5f, 0.55f);

@@ -111,7 +111,7 @@ class PlayCliTest(PlayTest):
             self.play("bench", self.model, "--cameras", self.path, "--size", "48x32", "--eyes", "2", "--measure", "2",
                       "--warmup", "0", "--format", "json").stdout
         )
-        check_schema("bench-report", report)
+        check_schema("run", report)
         self.assertIsNone(report["config"]["ipd"])
 
     def test_principal_point(self) -> None:

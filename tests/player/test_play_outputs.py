@@ -51,7 +51,7 @@ class PlayOutputsTest(PlayTest):
         self.assertIn("4 frames, one eye", run.stderr)
         self.assertEqual(self.play(*base, "--stats", "-", "-q").stderr, "")
         run = self.bench("--measure", "1", "--out", "-")
-        check_schema("bench-report", json.loads(run.stdout))
+        check_schema("run", json.loads(run.stdout))
         self.assertIn("frame, wall", run.stderr)
         self.assertFalse((self.folder / "-").exists())
         for arguments in ((*base, "--stats", "-"), ("bench", *base, "--out", "-")):

@@ -3,7 +3,8 @@
 #include "player/sweep/run_rows.h"
 
 #include <gsc/error.h>
-#include "player/sweep/run_facts.h"
+#include "player/measure/run_facts.h"
+#include "player/measure/run_text.h"
 #include "player/measure/stability.h"
 
 #include <doctest/doctest.h>
@@ -96,7 +97,7 @@ RunContext someContext()
 RunRow someRow(const RunConfig& run, const RunResult& result = someResult())
 {
     const RunContext context = someContext();
-    return runRow(context, rowConfig(context, onePath(), run), run, result);
+    return runRow(context, rowConfig(context, onePath(), run), run.backend, result);
 }
 
 std::string lineOf(const RunRow& row)
@@ -121,8 +122,7 @@ std::string idOf(const RunContext& context, const Path& path, const RunConfig& r
 ErrorCode openError(const std::string& path)
 {
     try {
-        std::string cut_off;
-        const RunRows rows(path, cut_off);
+        const RunRows rows(path);
     } catch (const Error& e) {
         return e.code();
     }
@@ -228,17 +228,12 @@ TEST_CASE("foveation makes another run, which is found again with what lies wher
     CHECK(line.find(" fovea 1.5 ") != std::string::npos);
     CHECK(line.find("\n    within 12 degrees of the gaze: PSNR 80.00 dB pooled") != std::string::npos);
 
-    std::string cut_off;
     const TempFile file(lineOf(someRow(plain)) + "\n" + lineOf(row) + "\n");
-    const RunRows rows(file.path(), cut_off);
+    const RunRows rows(file.path());
     REQUIRE(rows.find(row.config.id) != nullptr);
     CHECK(lineOf(*rows.find(row.config.id)) == lineOf(row));
     CHECK(toJson(*rows.find(id))["config"]["fovea_pixels"].is_null());
     CHECK_FALSE(toJson(*rows.find(id))["accuracy"].contains("fovea"));
-    OrderedJson older = toJson(someRow(plain)); // of a player without such an axis
-    older["config"].erase("fovea_pixels");
-    const TempFile old(jsonText(older, -1) + "\n");
-    CHECK(RunRows(old.path(), cut_off).find(id)->config.fovea_pixels == 0);
 }
 
 TEST_CASE("detail makes another run, which is found again")
@@ -254,16 +249,10 @@ TEST_CASE("detail makes another run, which is found again")
     CHECK(toJson(someRow(plain))["config"]["detail"] == 0);
     CHECK(runTableLine(row).find("none detail 1.5 ") != std::string::npos);
 
-    std::string cut_off;
     const TempFile file(lineOf(row) + "\n");
-    const RunRows rows(file.path(), cut_off);
+    const RunRows rows(file.path());
     REQUIRE(rows.find(row.config.id) != nullptr);
     CHECK(lineOf(*rows.find(row.config.id)) == lineOf(row));
-    OrderedJson older = toJson(someRow(plain)); // of a player without such an axis
-    older["config"].erase("detail");
-    const TempFile old(jsonText(older, -1) + "\n");
-    REQUIRE(RunRows(old.path(), cut_off).find(id) != nullptr);
-    CHECK(RunRows(old.path(), cut_off).find(id)->config.detail == 0);
 }
 
 TEST_CASE("rows are found again, a half-written one is cut off when the next comes")
@@ -272,9 +261,8 @@ TEST_CASE("rows are found again, a half-written one is cut off when the next com
     const std::string whole = lineOf(first) + "\n";
     for (const size_t left : {size_t(2), size_t(10), size_t(300), lineOf(second).size() - 1}) {
         const TempFile file(whole + lineOf(second).substr(0, left));
-        std::string cut_off;
-        RunRows rows(file.path(), cut_off);
-        CHECK(cut_off.find("line 2 is half-written") != std::string::npos);
+        RunRows rows(file.path());
+        CHECK(rows.cutOff().find("line 2 is half-written") != std::string::npos);
         REQUIRE(rows.find(first.config.id) != nullptr);
         CHECK(lineOf(*rows.find(first.config.id)) == lineOf(first));
         CHECK(rows.find(second.config.id) == nullptr);
@@ -290,9 +278,8 @@ TEST_CASE("a whole last row that lacks its end alone is kept")
     const RunRow first = someRow(errorRun(1)), second = someRow(errorRun(2)), third = someRow(errorRun(3));
     for (const std::string& before : {std::string(), lineOf(first) + "\n"}) {
         const TempFile file(before + lineOf(second));
-        std::string cut_off;
-        RunRows rows(file.path(), cut_off);
-        CHECK(cut_off.empty());
+        RunRows rows(file.path());
+        CHECK(rows.cutOff().empty());
         CHECK(rows.find(second.config.id) != nullptr);
         rows.append(third);
         CHECK(file.content() == before + lineOf(second) + "\n" + lineOf(third) + "\n");
@@ -303,10 +290,9 @@ TEST_CASE("a whole last row that lacks its end alone is kept")
 
 TEST_CASE("whole, empty and missing files say nothing")
 {
-    std::string cut_off = "x";
     const TempFile whole(lineOf(someRow(errorRun(1))) + "\n");
-    CHECK(RunRows(whole.path(), cut_off).find("0") == nullptr);
-    CHECK(cut_off.empty());
+    CHECK(RunRows(whole.path()).find("0") == nullptr);
+    CHECK(RunRows(whole.path()).cutOff().empty());
     CHECK(openError(whole.path() + "none") == ErrorCode::Ok);
     CHECK(openError("") == ErrorCode::Ok);
     const TempFile empty("");
@@ -316,13 +302,12 @@ TEST_CASE("whole, empty and missing files say nothing")
 TEST_CASE("two sweeps on one file do not lose each other's rows: the second to write is told")
 {
     const TempFile file(lineOf(someRow(errorRun(1))) + "\n");
-    std::string cut_off;
-    RunRows first(file.path(), cut_off), second(file.path(), cut_off);
+    RunRows first(file.path()), second(file.path());
     first.append(someRow(errorRun(2)));
     first.append(someRow(errorRun(3))); // its own lines are no surprise
     CHECK_THROWS_AS(second.append(someRow(errorRun(4))), Error);
-    const RunRows whole(file.path(), cut_off);
-    CHECK(cut_off.empty());
+    const RunRows whole(file.path());
+    CHECK(whole.cutOff().empty());
     for (const float bound : {1.0f, 2.0f, 3.0f})
         CHECK(whole.find(idOf(someContext(), onePath(), errorRun(bound))) != nullptr);
 }
@@ -334,14 +319,49 @@ TEST_CASE("a file of something else is left alone")
     OrderedJson no_time = toJson(someRow(errorRun(1)));
     no_time.erase("ms");
     for (const std::string& content :
-         {std::string("precious notes"), std::string("precious\n"), std::string(R"({"schema":"gsc.bench/1"})") + "\n",
-          std::string(R"({"schema":"gsc.bench)"), std::string("\n"), std::string("{"), jsonText(bare, -1),
-          jsonText(bare, -1) + "\n", jsonText(no_time, -1) + "\n", std::string(R"({"schema":"gsc.run/1"})") + "\n"}) {
+         {std::string("precious notes"), std::string("precious\n"), std::string(R"({"schema":"gsc.play/1"})") + "\n",
+          std::string(R"({"schema":"gsc.play)"), std::string("\n"), std::string("{"), jsonText(bare, -1),
+          jsonText(bare, -1) + "\n", jsonText(no_time, -1) + "\n", std::string(R"({"schema":"gsc.run/2"})") + "\n"}) {
         CAPTURE(content);
         const TempFile file(content);
         CHECK(openError(file.path()) == ErrorCode::InvalidFile);
         CHECK(file.content() == content);
     }
+}
+
+TEST_CASE("rows of an earlier version are refused with the command that makes new ones")
+{
+    for (const char* kind : {"run", "bench", "stability"}) {
+        const std::string content = std::string(R"({"schema":"gsc.)") + kind + R"(/1"})" + "\n";
+        const TempFile file(content);
+        CHECK(openError(file.path()) == ErrorCode::Unsupported);
+        CHECK(file.content() == content);
+    }
+}
+
+TEST_CASE("every part of a row is read as it is written")
+{
+    RunRow row = someRow(errorRun(1));
+    row.open_ms = 1.5;
+    row.work.emplace();
+    row.work->per_eye[0] = {1, 2, 3, 4, 5};
+    row.work->coarse[3] = {5, 4, 3, 2, 1};
+    row.work->target = TargetFacts{{-0.5, -1, 0}, {2, 1, 4}};
+    row.work->roofline = RooflineFacts{{1, 2, 3, 4, 5}, {{"blend", 1, 2, 3, 4, 5, 6, 7, 8, "memory"}, {"frame"}}};
+    row.stability =
+        StabilityFacts{{{"psnr", 50, std::numeric_limits<double>::infinity(), 0, true}, {"p99", 2, 3, 1, false}}};
+    row.curve = CurveFacts{40, 10, 20, 30, "a.png", {4, 3, 2, 1}};
+    row.service =
+        ServiceFacts{"eye", 2, "", ServiceFacts::Wire{5, 4}, {{"cuda:1", "H200", "warm", 3, 1.5, 2, 1, 0, 1, "x"}}};
+    row.warnings = {"beware"};
+    row.shard = ShardFacts{1, 2, 0, 2, "00", "11"};
+    const std::string line = lineOf(row);
+    RunRow back;
+    describe(Record(OrderedJson::parse(line), "rows.jsonl:1"), back);
+    CHECK(lineOf(back) == line);
+    CHECK_FALSE(back.stability->passed());
+    CHECK(back.work->roofline->stages[0].bound == "memory");
+    CHECK(back.service->list[0].last_fault == "x");
 }
 
 TEST_CASE("bounds of stability")

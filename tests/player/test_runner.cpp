@@ -176,7 +176,7 @@ TEST_CASE("with detail the frames between the scored ones are drawn too, and exa
         GreyRenderer backend(false);
         FrameOptions options;
         options.detail = detail;
-        const ScoreOptions last{0, 0, 2, 0};
+        const ScoreOptions last{{0, 2, {}}, 0, 0};
         CHECK(dependsOnPath(options) == (detail > 0));
         ExactImages exact(scene, path, options, last, backend);
         exact.keepAll();
@@ -223,12 +223,12 @@ TEST_CASE("exact images are of the frames that are scored, and take as much")
     Path path = greyPath(7);
     const uint64_t one = 12 * 12 * 3 * sizeof(float);
     CHECK(ExactImages::bytes(path, {}) == 7 * one);
-    CHECK(ExactImages::bytes(path, {0, 0, 3, 2}) == 2 * one); // frames 2 and 5
+    CHECK(ExactImages::bytes(path, {{2, 3, {}}, 0, 0}) == 2 * one); // frames 2 and 5
     path.eye_count = 2;
-    CHECK(ExactImages::bytes(path, {0, 0, 3, 2}) == 4 * one);
+    CHECK(ExactImages::bytes(path, {{2, 3, {}}, 0, 0}) == 4 * one);
     const NoScene scene;
     GreyRenderer backend(true);
-    ExactImages exact(scene, path, {}, {0, 0, 3, 2}, backend);
+    ExactImages exact(scene, path, {}, {{2, 3, {}}, 0, 0}, backend);
     exact.keepAll();
     CHECK(backend.calls.size() == 2);
     CHECK(backend.calls[1].x == doctest::Approx(0.5));
@@ -238,7 +238,7 @@ TEST_CASE("every third frame from the second on is scored, all are timed, and wh
 {
     const NoScene scene;
     const Path path = greyPath(8);
-    const ScoreOptions score{2, 0, 3, 1}; // SSIM of every second one
+    const ScoreOptions score{{1, 3, {}}, 2, 0}; // SSIM of every second one
     for (const bool on_host : {true, false})
         for (const FrameOptions& options : {reusing(), FrameOptions{}}) {
             CAPTURE(on_host);
@@ -253,7 +253,7 @@ TEST_CASE("every third frame from the second on is scored, all are timed, and wh
             const Accuracy& a = run.accuracy;
             CHECK(a.images == 3);
             REQUIRE(a.frame_psnr.size() == 3); // frames 1, 4 and 7
-            CHECK(a.frameOf(2) == 7);
+            CHECK(a.scored.frameOf(2) == 7);
             CHECK(a.ssim.frames == 2);
             CHECK(a.temporal.images == 0); // nothing is known of the frames between
             CHECK(a.pop.images == 0);
@@ -274,7 +274,7 @@ TEST_CASE("with foveation the exact images have none, and what lies within and a
         FrameOptions options;
         options.foveation.smallest = 2;
         ExactImages exact(scene, path, options, {}, reference);
-        const RunResult run = measureRun(scene, path, options, backend, exact, {0, 1}, [](uint64_t) {});
+        const RunResult run = measureRun(scene, path, options, backend, exact, {{}, 0, 1}, [](uint64_t) {});
         CHECK(backend.calls.back().options.foveation.smallest == 2);
         for (const GreyRenderer::Call& call : reference.calls)
             CHECK(call.options.foveation.smallest == 0);

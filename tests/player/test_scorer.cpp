@@ -106,7 +106,7 @@ TEST_CASE("a change in one of six values")
 
 TEST_CASE("two eyes: each is an image, a frame is its worse one")
 {
-    Scorer scorer({1, 1});
+    Scorer scorer({{}, 1, 1});
     const Flat exact(0.5f);
     const float left[] = {0.6f, 0.5f}, right[] = {0.51f, 0.7f};
     for (uint64_t frame = 0; frame < 2; ++frame) {
@@ -131,7 +131,7 @@ TEST_CASE("two eyes: each is an image, a frame is its worse one")
 TEST_CASE("every nth frame, frames of another size, nothing at all")
 {
     const std::vector<float> flat(7, 0.5f);
-    const Accuracy sampled = scoreFlat(flat, flat, {3, 5});
+    const Accuracy sampled = scoreFlat(flat, flat, {{}, 3, 5});
     CHECK(sampled.ssim.frames == 3); // 0, 3, 6
     CHECK(sampled.flip.frames == 2); // 0, 5
     CHECK(sampled.ssim.mean == doctest::Approx(1));
@@ -153,7 +153,7 @@ TEST_CASE("equal is null, not finite is as bad as can be")
     CHECK(equal["temporal"]["max"] == 0);
     CHECK(equal["ssim"].is_null());
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    const nlohmann::ordered_json broken = toJson(scoreFlat({0.5f, nan, 0.5f}, {0.5f, 0.5f, 0.5f}, {1, 1}));
+    const nlohmann::ordered_json broken = toJson(scoreFlat({0.5f, nan, 0.5f}, {0.5f, 0.5f, 0.5f}, {{}, 1, 1}));
     CHECK(broken["psnr"]["pooled"] == -999);
     CHECK(broken["psnr"]["min_frame"] == 1);
     CHECK(broken["max_error"] == 1e30);

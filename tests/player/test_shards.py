@@ -263,15 +263,13 @@ class ShardTest(PlayTest):
         for i, row in enumerate(rows, 1):
             killed.append(self.killed_once(row, 2, *base, "--out", row, "--shard", f"{i}/3"))
             for line in row.read_text().splitlines():
-                check_schema("stability-report", json.loads(line))
-            again = json.loads(self.play(*base, "--out", row, "--shard", f"{i}/3", "--format", "json").stdout)
-            check_schema("stability-report", again)
-            self.assertEqual(again["shard"]["done_before"], again["shard"]["own"])
+                check_schema("run", json.loads(line))
+            again = self.play(*base, "--out", row, "--shard", f"{i}/3").stdout
+            own = len(row.read_text().splitlines())
+            self.assertIn(f"shard {i}/3: {own} of 12 trajectories, {own} of them done before\n", again)
         self.assertTrue(any(killed))
-        self.merge(*rows, "-o", "merged.json")
-        merged = (self.folder / "merged.json").read_text()
-        check_schema("stability-report", json.loads(merged))
-        self.assertEqual(timeless(merged), timeless(whole))
+        self.merge(*rows, "-o", "merged.jsonl")
+        self.assertEqual(timeless((self.folder / "merged.jsonl").read_text()), timeless(whole))
 
     def test_stability_that_fails(self) -> None:
         self.path_of(5, "paths/a.json"), self.path_of(6, "paths/b.json")
@@ -279,12 +277,12 @@ class ShardTest(PlayTest):
         self.play(*base, code=8)
         for i in (1, 2):  # what all of them come to is known where they are merged
             self.play(*base, "--out", f"s{i}.jsonl", "--shard", f"{i}/2")
-        run = self.merge("s1.jsonl", "s2.jsonl", "-o", "merged.json", "--format", "json", code=8)
+        run = self.merge("s1.jsonl", "s2.jsonl", "-o", "merged.jsonl", "--format", "json", code=8)
         self.assertIn("2 of 2 trajectories exceed a bound", run.stderr)
         self.assertEqual(json.loads(run.stdout)["warnings"], ["2 of 2 trajectories exceed a bound"])
-        report = json.loads((self.folder / "merged.json").read_text())
-        check_schema("stability-report", report)
-        self.assertFalse(report["passed"])
+        merged = [json.loads(line) for line in (self.folder / "merged.jsonl").read_text().splitlines()]
+        check_schema("run", *merged)
+        self.assertEqual([row["stability"]["passed"] for row in merged], [False, False])
 
     def hostile(self, line: str, kind: str) -> list:
         """Variants of a good row: (line, words of gsc merge-runs, whether a shard that goes on there refuses it too)."""
@@ -312,14 +310,12 @@ class ShardTest(PlayTest):
         if kind == "runs":
             return rows + [(changed(config=5), "config is 5, expected", True),
                            (without("per_frame"), "has no per_frame", True)]
-        path = row["trajectories"][0]
-        return rows + [(without("trajectories"), "has no trajectories, expected a whole line of gsc.stability/1", True),
-                       (changed(trajectories=[]), "trajectories is [], expected an array of one trajectory", True),
-                       (changed(trajectories=[5]), "trajectories is [5], expected", True),
-                       (changed(trajectories={}), "trajectories is {}, expected", True),
-                       (changed(trajectories=[path | {"verdicts": 5}]), "trajectories is [{", True),
-                       (changed(passed="yes"), 'passed is "yes", expected true or false', False),
-                       (changed(warnings={}), "warnings is {}, expected", False)]
+        stability = row["stability"]
+        return rows + [(changed(stability=5), "stability is 5, expected an object", True),
+                       (changed(stability=stability | {"passed": "yes"}), 'stability.passed is "yes", expected true or false', True),
+                       (changed(stability=stability | {"passed": False}), "stability.passed is false, expected what the", True),
+                       (changed(stability=stability | {"psnr": 5}), "stability.psnr is 5, expected", True),
+                       (changed(warnings={}), "warnings is {}, expected", True)]
 
     def test_hostile_rows(self) -> None:
         (self.folder / "sweep.json").write_text(json.dumps({
@@ -351,9 +347,8 @@ class ShardTest(PlayTest):
             self.play(*split, bad, code=3)
             self.assertIn("nests deeper than", self.merge(bad, "-o", "m.jsonl", code=3).stderr)
         # the key that a line starts with, twice
-        bad.write_text('{"schema":"gsc.bench/1","schema":"x"}\n')
-        self.refused("bench", self.model, "--cameras", self.path, "--size", "16x16", "--out", bad, code=3,
-                     says="is no row of a bench")
+        bad.write_text('{"schema":"gsc.run/2","schema":"x"}\n')
+        self.refused("bench", self.model, "--cameras", self.path, "--size", "16x16", "--out", bad, code=3, says="expected")
 
 
 class ParallelTest(ShardTest):

@@ -212,9 +212,9 @@ class SweepTest(unittest.TestCase):
         self.refused(code=3, says='runs[0]: key "detail" is 2 with tier exact')
         self.write(runs=[{"tier": "turbo", "policy": "error"}])
         self.refused(code=3, says='runs[0]: key "policy" is "error" with a detail of 2 pixels')
-        report = json.loads(self.stability("--trajectories", "c/paths/first.json", "--detail", "3", "--format", "json").stdout)
-        check_schema("stability-report", report)
-        self.assertEqual((report["detail"], report["warnings"]), (3, []))
+        row = json.loads(self.stability("--trajectories", "c/paths/first.json", "--detail", "3", "--format", "json").stdout)
+        check_schema("run", row)
+        self.assertEqual((row["config"]["detail"], row["warnings"]), (3, []))
 
     def test_detail_is_for_paths(self) -> None:
         """On the stored cameras a run with detail is the one without, and each is drawn once."""
@@ -251,8 +251,11 @@ class SweepTest(unittest.TestCase):
         for shard, texts in (((), warned), (("--shard", "1/2", "--out", "s1.jsonl"), warned),
                              (("--shard", "2/2", "--out", "s2.jsonl"), [])):
             for _ in range(2):
-                report = json.loads(self.stability(*files, *shard).stdout)
-                self.assertEqual(report["warnings"], texts, shard)
+                run = self.stability(*files, *shard)
+                rows = [json.loads(line) for line in run.stdout.splitlines()]
+                self.assertEqual([row["warnings"] for row in rows],
+                                 [texts if row["config"]["cameras"] == "photos.json" else [] for row in rows], shard)
+                self.assertEqual(run.stderr.count("in no order"), len(texts), run.stderr)
 
     def test_foveation(self) -> None:
         """A CPU draws everything: the same pictures, told apart by their configuration."""
@@ -380,9 +383,10 @@ class SweepTest(unittest.TestCase):
             self.out = target
             self.refused(code=code, says=says)
         self.out = self.folder / "notes.txt"
-        for text in ("precious", "precious\n", '{"schema":"gsc.bench/1"}\n'):
+        for text, code, says in (("precious", 3, "line 1 is no row of a measurement"), ("precious\n", 3, "line 1 is no row of a measurement"),
+                                 ('{"schema":"gsc.run/1"}\n', 5, "make new rows with gsc-play bench MODEL.gsc --sweep")):
             self.out.write_text(text)
-            self.refused(code=3, says="line 1 is no row of a sweep")
+            self.refused(code=code, says=says)
             self.assertEqual(self.out.read_text(), text)
         self.out = self.folder / "none/runs.jsonl"
         self.refused(code=2, says="none/runs.jsonl: its folder does not exist")
@@ -422,32 +426,33 @@ class SweepTest(unittest.TestCase):
     def test_stability(self) -> None:
         run = self.stability("--trajectories", "c/paths", "--eyes", "2", "--ipd", "0.1", "--reuse", "error", "--frames",
                              "0:7", "--warmup", "3", "--bound-p99", "1e9", "--format", "json")
-        report = json.loads(run.stdout)
-        check_schema("stability-report", report)
-        self.assertTrue(report["passed"])
-        self.assertEqual([(p["trajectory"], p["frames"]) for p in report["trajectories"]], [("walk", 6), ("second", 7)])
-        self.assertEqual(report["reuse"]["policy"], "error")
-        self.assertEqual(set(report["trajectories"][0]["verdicts"]), {"psnr", "temporal", "p99"})
+        rows = [json.loads(line) for line in run.stdout.splitlines()]
+        check_schema("run", *rows)
+        self.assertTrue(all(row["stability"]["passed"] for row in rows))
+        self.assertEqual([(row["config"]["trajectory"], row["config"]["frames"]) for row in rows], [("walk", 6), ("second", 7)])
+        self.assertEqual(rows[0]["config"]["policy"], "error")
+        self.assertEqual(set(rows[0]["stability"]), {"passed", "psnr", "temporal", "p99"})
         # the two CPU renderers agree to rounding and no further
         base = ("--trajectories", "c/paths/first.json", "c/paths/second.json", "--reference", "cpu-reference")
         self.assertIn("ok", self.stability(*base, "--bound-psnr", "60", "--bound-temporal", "0").stdout)
         run = self.stability(*base, "--bound-psnr", "400", code=8)
         self.assertEqual(run.stdout.count("EXCEEDED"), 2)
         self.assertRegex(run.stdout, r"psnr: \d+\.\d+ dB in frame \d, bound 400")
-        report = json.loads(self.stability(*base, "--bound-psnr", "400", "--format", "json", code=8).stdout)
-        check_schema("stability-report", report)
-        self.assertFalse(report["passed"])
-        self.assertFalse(report["trajectories"][1]["verdicts"]["psnr"]["passed"])
-        self.assertIsNone(report["bounds"]["p99"])
+        lines = self.stability(*base, "--bound-psnr", "400", "--format", "json", code=8).stdout.splitlines()
+        rows = [json.loads(line) for line in lines]
+        check_schema("run", *rows)
+        self.assertEqual([(row["stability"]["passed"], row["stability"]["psnr"]["passed"]) for row in rows], [(False, False)] * 2)
+        self.assertNotIn("p99", rows[0]["stability"])
 
     def test_stability_of_foveation(self) -> None:
         base = ("--trajectories", "c/paths", "--reference", "cpu-reference", "--bound-temporal", "0", "--format", "json")
         fixed = ("--foveation", "fixed", "--fovea-pixels", "3")
-        plain, thin = (json.loads(self.stability(*base, *more).stdout) for more in ((), fixed))
-        check_schema("stability-report", thin)
-        self.assertEqual((plain["fovea_pixels"], thin["fovea_pixels"]), (None, 3))
-        for before, after in zip(plain["trajectories"], thin["trajectories"]): # a CPU draws everything
-            self.assertEqual(before["verdicts"], after["verdicts"])
+        plain, thin = ([json.loads(line) for line in self.stability(*base, *more).stdout.splitlines()] for more in ((), fixed))
+        check_schema("run", *thin)
+        self.assertEqual((plain[0]["config"]["fovea_pixels"], thin[0]["config"]["fovea_pixels"]), (None, 3))
+        self.assertEqual((len(plain), len(thin)), (2, 2))
+        for before, after in zip(plain, thin):  # a CPU draws everything
+            self.assertEqual(before["stability"], after["stability"])
             fovea = after["accuracy"].pop("fovea")
             self.assertEqual(before["accuracy"], after["accuracy"])
             self.assertLessEqual(min(part["psnr"]["min"] for part in fovea.values()), before["accuracy"]["psnr"]["min"])

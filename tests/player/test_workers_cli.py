@@ -45,7 +45,7 @@ def check_pictures(model: pathlib.Path, folder: pathlib.Path) -> None:
     # of this seed's first 140 draws the 2nd, 47th, 64th and 121st fail: never one pose three times
     done = run("bench", model, *VIEW, "--gpus", "cpu:2", "--inject", "throw:0.01,lost:0.01,memory:0.01,seed:1", "--mode",
                "split", "--warmup", 0, "--measure", 50, "--format", "json")
-    workers = json.loads(done.stdout)["workers"]["list"]
+    workers = json.loads(done.stdout)["service"]["list"]
     assert sum(worker["faults"] for worker in workers) >= 2, workers
     assert any("injected" in (worker["last_fault"] or "") for worker in workers), workers
 
@@ -56,13 +56,13 @@ def check_reports(model: pathlib.Path) -> None:
     assert "cpu " in run("--list-devices").stdout
     done = run("bench", model, *VIEW, "--devices", "cpu,cpu", "--mode", "frame", "--frames-in-flight", 6, "--warmup", 8,
                "--measure", 12, "--format", "json")
-    workers = check_schema(json.loads(done.stdout), "bench-report")["workers"]
+    workers = check_schema(json.loads(done.stdout), "run")["service"]
     assert workers["mode"] == "frame" and sum(worker["parts"] for worker in workers["list"]) == 20
     assert all(worker["parts"] > 0 for worker in workers["list"]), "only one worker drew"
     text = run("bench", model, *VIEW, "--gpus", "cpu:2", "--warmup", 250, "--measure", 5).stdout
     assert "workers" in text and "fps" in text, "auto does not say what it measured"
-    assert json.loads(run("bench", model, *VIEW, "--backend", "cpu", "--warmup", 0, "--measure", 2, "--format",
-                          "json").stdout)["workers"] is None
+    assert "service" not in json.loads(run("bench", model, *VIEW, "--backend", "cpu", "--warmup", 0, "--measure", 2, "--format",
+                                           "json").stdout)
     done = run("live", model, *VIEW, "--gpus", "cpu:2", "--mode", "frame", "--rate", 40, "--seconds", 2, "--min-fps",
                "100000", "--inject", "throw:0.02")
     still = run("live", model, *VIEW, "--gpus", "cpu:1", "--rate", 40, "--seconds", 1, "--still-distance", 1e6, "--still-degrees",

@@ -267,7 +267,8 @@ TEST_CASE("submit does not wait, a wait may end before the frame, and what drawi
     constexpr auto ever = std::chrono::nanoseconds::max();
     CHECK(thread.wait(first, result, ever) == FrameState::Done);
     CHECK(result.passes == 7);
-    CHECK_THROWS_WITH_AS(thread.wait(second, result, ever), "frame: too little memory, expected more; draw less", Error);
+    CHECK_THROWS_WITH_AS(thread.wait(second, result, ever), "frame: too little memory, expected more; draw less",
+                         Error);
     CHECK_THROWS_AS(thread.wait(second, result, ever), Error); // it has ended
     (void)thread.submit(request);
     thread.clear();
@@ -296,7 +297,9 @@ TEST_CASE("a device has one name; the CPU does what a better device cannot, wher
         return passed_over;
     };
     for (const ErrorCode code : {ErrorCode::OutOfMemory, ErrorCode::Unsupported, ErrorCode::Device}) {
-        CHECK(opened({}, {"cuda", 0}, code) == std::vector<std::string>{"backend cuda:0 is passed over: model: too large, expected a smaller one; draw less"});
+        CHECK(opened({}, {"cuda", 0}, code) ==
+              std::vector<std::string>{
+                  "backend cuda:0 is passed over: model: too large, expected a smaller one; draw less"});
         CHECK_THROWS_AS(opened({"cuda", 0}, {"cuda", 0}, code), Error); // it is what was asked for
         CHECK_THROWS_AS(opened({}, {"cpu"}, code), Error);              // has failed already
     }

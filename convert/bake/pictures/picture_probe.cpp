@@ -4,7 +4,6 @@
 #include "convert/bake/weights/picture_bands.h"
 #include "runtime/frames/frame_loop.h"
 #include "runtime/metrics/metrics.h"
-#include "runtime/records/timed_details.h"
 
 #include <algorithm>
 #include <cmath>
@@ -51,7 +50,7 @@ void PictureProbe::draw(size_t pose, std::vector<float>& pixels)
     m_told();
 }
 
-FrameResult PictureProbe::drawColumns(size_t pose, const ColumnRange& columns, std::vector<float>& pixels)
+TimedFrame PictureProbe::drawColumns(size_t pose, const ColumnRange& columns, std::vector<float>& pixels)
 {
     pixels.resize(size_t(3) * m_shots[pose].camera.width * m_shots[pose].camera.height);
     FrameLoop loop(*m_scene, m_shots, 1, exactOptions(modelOptions(*m_scene)), *m_renderer);
@@ -60,7 +59,7 @@ FrameResult PictureProbe::drawColumns(size_t pose, const ColumnRange& columns, s
         frame.targets[0] = hostTarget(pixels.data());
         frame.delivers = true;
     };
-    return loop.draw(pose, into).result;
+    return loop.draw(pose, into);
 }
 
 void PictureProbe::addPoses(const std::vector<Camera>& cameras)
@@ -123,34 +122,49 @@ FileScore PictureProbe::measure(std::shared_ptr<const Scene> file, size_t first,
     m_whole_loaded = false;
     m_renderer->load(std::move(file));
     FileScore result;
-    result.worst_ssim = 1;
+    Accuracy& accuracy = result.accuracy;
+    accuracy.images = accuracy.ssim.frames = accuracy.flip.frames = count;
+    accuracy.psnr_min = INFINITY;
+    accuracy.ssim.worst = 1;
+    double mse = 0;
     std::vector<float> pixels;
-    std::vector<double> frame, decode;
     for (size_t i = first; i < first + count; ++i) {
+        TimedFrame least;
         for (size_t turn = 0; turn < kDrawsToMeasure; ++turn) {
-            const FrameResult drawn = drawColumns(i, {}, pixels);
+            const TimedFrame drawn = drawColumns(i, {}, pixels);
             m_told();
-            result.resident_bytes = std::max(result.resident_bytes, drawn.bytes_resident);
-            if (turn == 0) {
-                frame.push_back(drawn.times.total);
-                decode.push_back(drawn.times.decode);
-            }
-            frame.back() = std::min(frame.back(), drawn.times.total);
-            decode.back() = std::min(decode.back(), drawn.times.decode);
+            result.resident_bytes = std::max(result.resident_bytes, drawn.result.bytes_resident);
+            if (turn == 0 || drawn.result.times.total < least.result.times.total)
+                least = drawn;
         }
-        add(i, pixels, count, result.set);
-        const ImageView whole{m_pictures[i].data(), m_shots[i].camera.width, m_shots[i].camera.height};
+        result.frames.push_back(least);
+        const Camera& camera = m_shots[i].camera;
+        const ImageView whole{m_pictures[i].data(), camera.width, camera.height};
         const ImageView now{pixels.data(), whole.width, whole.height};
+        const ImageDifference difference = compareImages(whole, now);
+        mse += difference.mse / double(count);
+        if (i == first || difference.psnr < accuracy.psnr_min) {
+            accuracy.psnr_min = difference.psnr;
+            accuracy.psnr_min_frame = i - first;
+            result.worst_pose = camera.name;
+        }
+        accuracy.max_error = std::max(accuracy.max_error, difference.max_error);
+        accuracy.over_1_255 += difference.over_1_255;
+        accuracy.frame_psnr.push_back(difference.psnr);
+        accuracy.frame_temporal.push_back(NAN);
         const double likeness = ssim(whole, now), error = flip(whole, now);
-        result.ssim += likeness / double(count);
-        result.flip += error / double(count);
-        result.worst_ssim = std::min(result.worst_ssim, likeness);
-        result.worst_flip = std::max(result.worst_flip, error);
+        accuracy.ssim.mean += likeness / double(count);
+        accuracy.flip.mean += error / double(count);
+        accuracy.ssim.worst = std::min(accuracy.ssim.worst, likeness);
+        accuracy.flip.worst = std::max(accuracy.flip.worst, error);
     }
-    result.frame_ms = medianOf(frame);
-    result.decode_ms = medianOf(decode);
-    for (const unsigned detail : kTimedDetails)
-        result.detail_ms.push_back(timeDetail(detail, first, count));
+    std::vector<double> sorted = accuracy.frame_psnr;
+    std::ranges::sort(sorted);
+    accuracy.psnr_pooled = psnrOf(mse);
+    accuracy.psnr_p1 = nearestRank(sorted, 0.01);
+    result.device = m_renderer->device();
+    for (size_t i = 0; i < std::size(kTimedDetails); ++i)
+        result.detail_ms[i] = timeDetail(kTimedDetails[i], first, count);
     return result;
 }
 

@@ -5,7 +5,11 @@
 #include <gsc/camera.h>
 #include <gsc/renderer.h>
 #include "runtime/frames/shot.h"
+#include "runtime/records/accuracy.h"
+#include "runtime/records/frame_numbers.h"
+#include "runtime/records/timed_details.h"
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <string>
@@ -29,13 +33,14 @@ struct SetScore {
 
 // Pictures of a file against those of the whole model, and what drawing them took.
 struct FileScore {
-    SetScore set;
-    double ssim = 0, worst_ssim = 0, flip = 0, worst_flip = 0; // mean of the poses', and of the worst
-    double frame_ms = 0, decode_ms = 0;                        // median over the poses, of each the least of its draws
-    uint64_t resident_bytes = 0;                               // most that the renderer had in them
+    Accuracy accuracy; // of the poses, in their order
+    std::string worst_pose;
+    std::vector<TimedFrame> frames; // of each pose the draw that took least on the device
+    uint64_t resident_bytes = 0;    // most that the renderer had in them
+    DeviceFacts device;             // asked for after the last of them
     // Milliseconds in tier `fast`, one of kTimedDetails each, of a viewer who stops at every pose: the coarse copies that it
     // needs are made before its draws are timed.
-    std::vector<double> detail_ms;
+    std::array<double, std::size(kTimedDetails)> detail_ms{};
 };
 
 constexpr size_t kDrawsToMeasure = 4; // of each pose: what else the machine does is seldom in all of them
@@ -65,7 +70,7 @@ public:
 private:
     void draw(size_t pose, std::vector<float>& pixels);
     // Some columns of a picture; the others stay as they were.
-    FrameResult drawColumns(size_t pose, const ColumnRange& columns, std::vector<float>& pixels);
+    TimedFrame drawColumns(size_t pose, const ColumnRange& columns, std::vector<float>& pixels);
 
     // Medians over the poses with one detail, in milliseconds.
     double timeDetail(unsigned detail, size_t first, size_t count);

@@ -14,7 +14,7 @@ var gscFigures = (function () {
   ];
   var DETAILS = [0, 1, 2, 4]; // of `detail` of a point
 
-  function detailWords(point) { return point.detail === null ? '–' : point.detail.map(three).join(', '); }
+  function detailWords(point) { return point.detail.map(three).join(', '); }
 
   function costOf(point, side) { return point[side.key] / (side.unit || 1); }
   function nameOf(point) { return point.target === null ? 'the model itself' : 'target ' + words.digits(point.target, 4) + ' dB'; }

@@ -16,6 +16,8 @@ var gscFigures = (function () {
   var MOST_BARS = 24; // rows of the figure of frame times
   var MOST_NAMED = 24; // of a front
 
+  function scored(row) { return row.scored; }
+
   function partWords(part) { // of the picture, with foveation
     if (part === null) return 'no pixel';
     return 'PSNR worst, pooled ' + [part.min, part.pooled].map(decibels).join(', ') + ' dB' +
@@ -30,7 +32,9 @@ var gscFigures = (function () {
     lines.push(
       ['p95, p99, max', [row.ms.p95, row.ms.p99, row.ms.max].map(three).join(', ') + ' ms'],
       ['on the device, median', three(row.device_ms) + ' ms'],
-      ['stage decode, median', three(row.decode_ms) + ' ms'],
+      ['stage decode, median', three(row.decode_ms) + ' ms']
+    );
+    if (row.scored) lines.push(
       ['PSNR worst, p1, pooled', [row.min, row.p1, row.pooled].map(decibels).join(', ') + ' dB'],
       ['largest error', row.max_error < 1e9 ? digits(of255(row.max_error), 3) + '/255' : 'not finite'],
       ['temporal error, max', row.temporal_max === null ? '–' : three(of255(row.temporal_max)) + '/255']
@@ -51,13 +55,13 @@ var gscFigures = (function () {
     var rows = panel.rows, view = options.view, shown = options.shown, front = panel.views[view].front;
     var foveated = rows.filter(function (row) { return row.fovea !== null && row.fovea.inside !== null; });
     function inside(row) { return row.fovea.inside[view]; }
-    var scale = parts.decibelScale(rows.map(function (row) { return row[view]; }).concat(foveated.map(inside)), 6);
+    var scale = parts.decibelScale(rows.filter(scored).map(function (row) { return row[view]; }).concat(foveated.map(inside)), 6);
     var peak = rangeOf(rows.map(function (row) { return row.peak_bytes; }))[1];
     var unit = peak >= Math.pow(1024, 3) ? ['GiB', Math.pow(1024, 3)] : ['MiB', Math.pow(1024, 2)];
     function memory(row) { return row.peak_bytes / unit[1]; }
     function time(row) { return row.ms.median; }
     var every = rows.map(function (row, index) { return index; }), spread = [];
-    var repeated = every.filter(function (row) { return rows[row].repeats !== null; });
+    var repeated = every.filter(function (row) { return rows[row].repeats !== null && rows[row].scored; });
     repeated.forEach(function (row) { spread.push(rows[row].repeats.min, rows[row].repeats.max); });
     var head = parts.base(theme, options), option = head.option, width = options.width, gap = 70;
     var beside = width >= 640, plot_width = beside ? Math.floor((width - 66 - 44 - 30) / 2) : width - 66 - 30;
@@ -68,7 +72,7 @@ var gscFigures = (function () {
     ];
     var qualities = [{
       name: 'PSNR, ' + VIEW_NAMES[view] + ', dB', height: 300, scale: scale, axis: parts.decibelAxis,
-      of: function (row) { return drawn(scale, row[view]); }
+      of: function (row) { return row.scored ? drawn(scale, row[view]) : null; }
     }];
     var flips = rows.filter(function (row) { return row.flip !== null; }).map(function (row) { return row.flip; });
     if (flips.length) qualities.push({ // up is better here too
@@ -249,11 +253,13 @@ var gscFigures = (function () {
     function isScore(kind) { return kind.key === 'psnr' || kind.key === 'temporal'; }
     function valueAt(row, kind, frame) { // undefined where there is none
       var frames = rows[row].frames;
-      return frames[kind.key][isScore(kind) ? (frame - frames.first_scored) / frames.every_scored : frame];
+      if (!isScore(kind)) return frames[kind.key][frame];
+      return frames[kind.key][frames.listed.length ? frames.listed.indexOf(frame) : (frame - frames.first_scored) / frames.every_scored];
     }
     function frameOf(row, kind, index) {
       var frames = rows[row].frames;
-      return isScore(kind) ? frames.first_scored + index * frames.every_scored : index;
+      if (!isScore(kind)) return index;
+      return frames.listed.length ? frames.listed[index] : frames.first_scored + index * frames.every_scored;
     }
     var listed = shown.slice().sort(function (a, b) { return rows[a].hue - rows[b].hue || rows[a].shade - rows[b].shade || a - b; });
     var key = parts.legend(theme, options.width, listed.map(function (row) { return {name: rows[row].name}; }), head.top);

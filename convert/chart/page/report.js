@@ -26,15 +26,19 @@
     return value === null ? '–' : (100 * value).toFixed(1);
   }
 
+  function scored(row, value) {
+    return row.scored ? words.decibels(value) : '–';
+  }
+
   var COLUMNS = [
     ['Frame\ntime,\nms', function (row) { return words.three(row.ms.median); }],
     ['Speed-\nup', function (row) { return row.speedup === null ? '–' : row.speedup.toFixed(2) + '×'; }],
     ['Decode,\nms', function (row) { return words.three(row.decode_ms); }],
     ['Decoded\nanchors', function (row) { return row.decoded === null ? '–' : words.grouped(row.decoded); }],
     ['Hit\nrate,\n%', function (row) { return percent(row.hit_rate); }],
-    ['PSNR\npooled,\ndB', function (row) { return words.decibels(row.pooled); }],
-    ['1st per-\ncentile,\ndB', function (row) { return words.decibels(row.p1); }],
-    ['worst\nframe,\ndB', function (row) { return words.decibels(row.min); }],
+    ['PSNR\npooled,\ndB', function (row) { return scored(row, row.pooled); }],
+    ['1st per-\ncentile,\ndB', function (row) { return scored(row, row.p1); }],
+    ['worst\nframe,\ndB', function (row) { return scored(row, row.min); }],
     ['Temporal\nerror,\n1/255', function (row) { return words.three(words.of255(row.temporal_max)); }]
   ];
   function anyRow(holds) {
@@ -79,7 +83,7 @@
       var front = panel.views[view.value].front;
       add(title, 'span', front.length + ' of ' + panel.rows.length + (panel.rows.length === 1 ? ' run' : ' runs') + ' on the front', 'small');
       var listed = panel.rows.map(function (row, place) { return place; }).filter(function (place) {
-        return front.indexOf(place) >= 0 || panel.rows[place].baseline;
+        return front.indexOf(place) >= 0 || panel.rows[place].baseline || !panel.rows[place].scored;
       });
       listed.sort(function (a, b) { return panel.rows[a].ms.median - panel.rows[b].ms.median || a - b; });
       var hidden = [];

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/chart/rows/run_set.h"
 
-#include "convert/chart/rows/row_lines.h"
+#include "runtime/cli/reporter.h"
+#include "runtime/records/row_lines.h"
 #include <gsc/error.h>
 
 #include <algorithm>
 #include <functional>
 #include <map>
-#include <optional>
 #include <tuple>
 
 namespace gsc {
@@ -68,47 +68,40 @@ ChartRun folded(std::vector<ChartRun> group)
     row.least_ms = group.front().ms.wall.median;
     row.most_ms = group.back().ms.wall.median;
     for (const ChartRun& other : group)
-        keepWorst(row.accuracy, other.accuracy);
+        if (row.accuracy && other.accuracy) // repeats score the same frames
+            keepWorst(*row.accuracy, *other.accuracy);
     return row;
 }
 
-} // namespace
-
-std::optional<ChartRun> parseRunLine(std::string_view line, const std::string& where, std::string& other)
+OrderedJson accuracyJson(const RunRow& row)
 {
-    const OrderedJson json = rowOf(line, where, "one object per line as gsc-play bench --sweep writes them");
-    const Record record(json, where);
-    std::string schema;
-    record.field("schema", schema, kText);
-    if (!schema.starts_with("gsc.run/")) {
-        record.check("schema", schema.starts_with("gsc."), "gsc.run/1");
-        other = schema;
-        return std::nullopt;
-    }
-    if (schema != "gsc.run/1")
-        throw Error(ErrorCode::Unsupported, where, "schema is " + schema, "gsc.run/1",
-                    "use the gsc of the program that wrote it");
-    ChartRun run;
-    describe(record, run);
-    run.least_ms = run.most_ms = run.ms.wall.median;
-    return run;
+    return row.accuracy ? toJson(*row.accuracy) : OrderedJson();
 }
+
+} // namespace
 
 void addRuns(std::string_view text, const std::string& path, RunSet& runs)
 {
     std::map<std::string, uint64_t> others;
     forEachRow(text, path, [&](std::string_view line, const std::string& where) {
-        std::string other;
-        if (auto row = parseRunLine(line, where, other))
-            runs.rows.push_back(std::move(*row));
-        else
-            ++others[other];
+        const OrderedJson json = rowOf(line, where, "one object per line as gsc-play bench --out writes them");
+        std::string schema;
+        Record(json, where).field("schema", schema, kText);
+        if (!isRunSchema(schema, where)) {
+            Record(json, where).check("schema", schema.starts_with("gsc."), kRunSchema);
+            ++others[schema];
+            return;
+        }
+        RunRow row = runRowOf(json, where);
+        if (row.curve)
+            return addCurveRow(std::move(row), where, runs.curves);
+        ChartRun& run = runs.rows.emplace_back(ChartRun{std::move(row)});
+        run.least_ms = run.most_ms = run.ms.wall.median;
     });
     for (const auto& [schema, count] : others) {
         runs.skipped += count;
-        runs.notes.push_back(formatString("%s: skipped %llu line%s of %s, which gsc chart does not draw", path.c_str(),
-                                          static_cast<unsigned long long>(count), count == 1 ? "" : "s",
-                                          schema.c_str()));
+        runs.notes.push_back(formatString("%s: skipped %s of %s, which gsc chart does not draw", path.c_str(),
+                                          formatCount(count, "line").c_str(), schema.c_str()));
     }
 }
 
@@ -129,7 +122,7 @@ void foldRepeats(RunSet& runs)
         // no clock tells the same times for every frame twice
         const bool told = std::any_of(group.begin(), group.end(), [&](const ChartRun& other) {
             return other.ms.wall.median == row.ms.wall.median && other.wall_ms == row.wall_ms &&
-                   toJson(other.accuracy) == toJson(row.accuracy);
+                   accuracyJson(other) == accuracyJson(row);
         });
         if (told)
             ++runs.duplicates;
@@ -142,9 +135,8 @@ void foldRepeats(RunSet& runs)
         runs.rows.push_back(folded(std::move(group)));
     }
     if (runs.duplicates)
-        runs.notes.push_back(formatString("left out %llu line%s told before: the same run with the same times",
-                                          static_cast<unsigned long long>(runs.duplicates),
-                                          runs.duplicates == 1 ? "" : "s"));
+        runs.notes.push_back("left out " + formatCount(runs.duplicates, "line") +
+                             " told before: the same run with the same times");
 }
 
 } // namespace gsc

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/chart/rows/trace_set.h"
 
-#include "convert/chart/rows/row_lines.h"
+#include "runtime/records/row_lines.h"
 #include <gsc/error.h>
 
 #include <filesystem>
@@ -10,7 +10,7 @@ namespace gsc {
 
 bool isTraceText(std::string_view text)
 {
-    return startsWithSchema(text, "gsc.service-trace/");
+    return firstSchema(text).starts_with("gsc.service-trace/");
 }
 
 void addTraces(std::string_view text, const std::string& path, std::vector<ChartTrace>& traces)

@@ -13,7 +13,7 @@ namespace gsc {
 Json bakeJson(const BakeOptions& options, const BakeReport& report);
 std::string bakeText(const BakeOptions& options, const BakeReport& report);
 
-// Lines of gsc.curve/1, one for each point. `name` is the model's.
+// Rows (schemas/run.schema.json), one for each point. `name` is the model's.
 std::string curveLines(const std::string& name, const BakeOptions& options, const Curve& curve);
 Json curveJson(const std::string& name, const BakeOptions& options, const std::string& output, const Curve& curve);
 std::string curveText(const std::string& output, const Curve& curve);

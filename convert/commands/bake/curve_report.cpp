@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/bake/bake_report.h"
 
-#include "convert/chart/rows/curve_set.h"
 #include "runtime/cli/version.h"
-#include "runtime/records/timed_details.h"
+#include "runtime/records/reuse_names.h"
+#include "runtime/records/run_row.h"
+
+#include <gsc/checksum.h>
+#include <gsc/frame_stats.h>
 
 #include <cmath>
 
@@ -11,33 +14,35 @@ namespace gsc {
 
 namespace {
 
-Json pointJson(const std::string& name, const BakeOptions& options, const Curve& curve, const CurvePoint& point)
+RunRow pointRow(const std::string& name, const BakeOptions& options, const Curve& curve, const CurvePoint& point)
 {
     const FileScore& score = point.score;
-    CurveRow row;
+    RunRow row;
     row.tool = {"gsc", toolVersion(), toolCommit()};
-    row.model = name;
-    row.device = curve.device;
-    row.tier = "exact";
-    row.most_pixels = options.limits.most_pixels;
-    row.model_anchors = curve.anchors;
-    row.target_psnr = point.target.value_or(-1);
-    row.anchors = point.anchors;
-    row.bytes = point.sizes.file;
-    row.archive_bytes = point.sizes.archive.file;
-    row.resident_bytes = score.resident_bytes;
-    row.frame_ms = score.frame_ms;
-    row.decode_ms = score.decode_ms;
-    row.detail_ms = score.detail_ms;
-    row.poses = score.set.poses.size();
-    row.psnr = score.set.psnr;
-    row.worst_psnr = score.set.worstPose().psnr;
-    row.worst = score.set.worstPose().name;
-    row.ssim = score.ssim;
-    row.worst_ssim = score.worst_ssim;
-    row.flip = score.flip;
-    row.worst_flip = score.worst_flip;
-    return toJson(row);
+    row.file = {name, point.sizes.file, point.anchors};
+    row.backend = row.reference = curve.device;
+    row.device = score.device;
+    row.config.trajectory = "verdict";
+    row.config.cameras = options.cameras.empty() ? "stored" : options.cameras.front();
+    row.config.shots = row.config.frames = score.frames.size();
+    row.config.reuse = reuseFacts({});
+    row.config.tier = row.rendered_tier = tierName(Tier::Exact);
+    row.config.stereo = stereoName(StereoMode::Exact);
+    row.config.threads = options.threads;
+    row.ms = timesOf(score.frames);
+    row.accuracy = score.accuracy;
+    row.reuse = reuseCounts(score.frames);
+    row.peak_bytes = score.resident_bytes;
+    for (const TimedFrame& frame : score.frames) {
+        row.repeats += frame.result.repeats;
+        row.wall_ms.push_back(frame.wall_ms);
+        row.decoded.push_back(ofEyes(frame, &EyeCounts::anchors_decoded));
+    }
+    row.curve = {point.target.value_or(-1), curve.anchors,    options.limits.most_pixels,
+                 point.sizes.archive.file,  score.worst_pose, score.detail_ms};
+    const std::string key = jsonText({{"file", toJson(row.file)}, {"curve", toJson(*row.curve)}}, -1);
+    row.config.id = hashText(checksum64(std::as_bytes(std::span(key))));
+    return row;
 }
 
 std::string psnrText(double value)
@@ -72,7 +77,7 @@ std::string curveLines(const std::string& name, const BakeOptions& options, cons
 {
     std::string lines;
     for (const CurvePoint& point : curve.points)
-        lines += pointJson(name, options, curve, point).dump() + "\n";
+        lines += jsonText(toJson(pointRow(name, options, curve, point)), -1) + "\n";
     return lines;
 }
 
@@ -80,7 +85,7 @@ Json curveJson(const std::string& name, const BakeOptions& options, const std::s
 {
     Json points = Json::array();
     for (const CurvePoint& point : curve.points)
-        points.push_back(pointJson(name, options, curve, point));
+        points.push_back(toJson(pointRow(name, options, curve, point)));
     return {{"schema", "gsc.curve-report/1"},
             {"generator", {{"name", "gsc"}, {"version", toolVersion()}}},
             {"path", options.name},
@@ -95,13 +100,16 @@ std::string curveText(const std::string& output, const Curve& curve)
     std::string text = formatString("wrote       %s; drawn by %s, tier exact\n", output.c_str(), curve.device.c_str());
     text += "target   archive  an anchor    resident  frame ms  decode ms    pooled     worst    SSIM    FLIP\n    dB  "
             "                                                           dB        dB\n";
-    for (const CurvePoint& point : curve.points)
+    for (const CurvePoint& point : curve.points) {
+        const Accuracy& accuracy = point.score.accuracy;
+        const FrameTimes times = timesOf(point.score.frames);
         text += formatString("%6s %9s %8.1f B %11s %9.2f %10.2f %9s %9s %7.4f %7.4f\n", targetText(point).c_str(),
                              formatBytes(point.sizes.archive.file).c_str(),
                              double(point.sizes.archive.file) / double(curve.anchors),
-                             formatBytes(point.score.resident_bytes).c_str(), point.score.frame_ms,
-                             point.score.decode_ms, psnrText(point.score.set.psnr).c_str(),
-                             psnrText(point.score.set.worstPose().psnr).c_str(), point.score.ssim, point.score.flip);
+                             formatBytes(point.score.resident_bytes).c_str(), times.device.median,
+                             times.stages[kDecodeStage].median, psnrText(accuracy.psnr_pooled).c_str(),
+                             psnrText(accuracy.psnr_min).c_str(), accuracy.ssim.mean, accuracy.flip.mean);
+    }
     return text + detailText(curve);
 }
 

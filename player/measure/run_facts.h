@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Configuration and results of a run, as its run row and as a line of a table.
+// Configuration and results of a run as its row.
 #pragma once
 
 #include "player/measure/runner.h"
 #include "player/options/device_choice.h"
 #include "runtime/records/run_row.h"
-#include "player/sweep/sweep_config.h"
+#include "player/options/run_config.h"
 
 #include <span>
 #include <string>
@@ -22,8 +22,14 @@ struct RunContext {
     FileFacts file;
     uint64_t file_hash = 0;
     uint32_t warmup = 0;
+    uint64_t measured =
+        0; // frames, going round the path behind the warm-up; 0 = the path once, its first are the warm-up
+    uint32_t in_flight = 1;
     ScoreOptions score;
 };
+
+// Key of a run: all by which it differs from others, in the words of schemas/run.schema.json.
+OrderedJson runKeyJson(const RunConfig& run);
 
 // Its id tells runs apart: all that changes a result, with the model's content and every pose. Where a matched budget is
 // not resolved it is another.
@@ -32,9 +38,6 @@ RowConfig rowConfig(const RunContext& context, const Path& path, const RunConfig
 // Hash that the shards of one sweep share: of the tool, the label and `ids` of all runs, a matched budget not resolved.
 uint64_t sweepHash(const RunContext& context, const std::vector<std::string>& ids);
 
-RunRow runRow(const RunContext& context, const RowConfig& config, const RunConfig& run, const RunResult& result);
-
-std::string runTableHeader();
-std::string runTableLine(const RunRow& row);
+RunRow runRow(const RunContext& context, const RowConfig& config, const std::string& backend, const RunResult& result);
 
 } // namespace gsc
