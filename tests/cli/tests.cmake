@@ -68,7 +68,7 @@ if(TARGET gsc_commands)
   endforeach()
 endif()
 
-foreach(check check_traps check_openers check_includes check_cases)
+foreach(check check_traps check_openers check_includes check_cases check_schemas)
   add_test(NAME ${check} COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/${check}.py)
   set_tests_properties(${check} PROPERTIES LABELS cpu TIMEOUT 60)
 endforeach()
