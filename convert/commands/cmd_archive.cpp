@@ -99,10 +99,11 @@ void addArchiveCommand(CLI::App& app, Invocation& invocation)
     CLI::App& command = addCommand(app, "archive", "Pack a .gsc file for storage, or unpack it, without loss");
     addText(command, "FILE", options->file, "FILE.gsc", "file to pack, or an archive to unpack").required();
     addText(command, "-o,--output", options->output, "FILE.gsc", "file to write").required();
-    addFlag(command, "-x,--extract", options->extract, "unpack: write the runtime file, byte for byte");
-    addInteger(command, "--level", options->archive.level, 1, 19, "N", "effort of Zstandard, 1 to 19 (default: 3)");
-    addInteger(command, "-j,--threads", options->archive.threads, 0, 1024, "N",
-               "threads, 0: all cores (default); the file does not depend on it");
+    addFlag(command, "-x,--extract", options->extract, "unpack: write the file that was packed, byte for byte");
+    addInteger(command, "--level", options->archive.level, 1, 19, "N (default: 3)",
+               "compression level of Zstandard, 1 (fastest) to 19 (smallest)");
+    addInteger(command, "-j,--threads", options->archive.threads, 0, 1024, "N (default: 0)",
+               "threads, 0 = all cores; the file does not depend on it");
     addFlag(command, "-w,--overwrite", options->overwrite, "replace a file that exists");
     addReporterOptions(command, invocation.reporter, true);
     setFooter(command, "gsc and gsc-play read an archive like any .gsc file: they unpack it into memory\n"

@@ -44,7 +44,7 @@ std::vector<NamedPath> outputsOf(const ConvertOptions& options)
     return outputs;
 }
 
-// -w must never cost the user the checkpoint itself, nor what its trainer wrote beside it.
+// -w must never delete the checkpoint itself, nor other files of its trainer beside it.
 std::vector<NamedPath> filesOf(const Checkpoint& checkpoint, const std::string& scene_dir)
 {
     const char* const what = "a file of the checkpoint";
@@ -96,7 +96,8 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
     checkStandardOutput(options.report, "--report", report.json());
 
     const Checkpoint checkpoint = readCheckpoint(options.input, options.checkpoint);
-    (void)keptEmbeddingRows(checkpoint, write_options.appearance); // a dry run refuses what the writer would
+    // so that a dry run refuses the options that the writer refuses
+    (void)keptEmbeddingRows(checkpoint, write_options.appearance);
     checkOutputsDiffer(outputs, filesOf(checkpoint, options.checkpoint.scene_dir));
 
     ConvertFacts facts{checkpoint, write_options, nullptr, false, checkpoint.warnings, 0};
@@ -123,7 +124,7 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
         writeTextFile(options.report, jsonText(convertJson(facts)) + "\n", write_options.overwrite);
     if (report.json())
         report.object(convertJson(facts));
-    else if (isStandardOutput(options.report)) // which holds the report alone
+    else if (isStandardOutput(options.report)) // standard output holds the report alone
         report.tell(convertText(facts));
     else
         report.text(convertText(facts));
@@ -136,10 +137,10 @@ void addBakeOptions(CLI::App& command, ConvertOptions& options)
     addText(command, "-o,--output", options.write.output, "FILE.gsc", "file to write").required();
     addFlag(command, "-w,--overwrite", options.write.overwrite, "replace files that exist");
     addText(command, "--report", options.report, "FILE.json",
-            "write the report there too, as JSON; - is standard output");
+            "file to write a report to, as JSON; - is standard output");
     const Heading heading(command, "File to write");
     addText(command, "--appearance", options.appearance, "all|ROW (default: all)",
-            "row of the appearance embedding to keep")
+            "row of the appearance embedding (one per training picture) to keep")
         .rare();
     addFlag(command, "--drop-invalid", options.write.drop_invalid,
             "leave out anchors with values that are not finite instead of refusing the model")
@@ -147,21 +148,20 @@ void addBakeOptions(CLI::App& command, ConvertOptions& options)
     addChoice<SensitivityMode>(command, "--sensitivity", options.write.sensitivity,
                                {{"none", SensitivityMode::None}, {"sampled", SensitivityMode::Sampled}},
                                "default: sampled",
-                               "sensitivity of each anchor to the view, which gsc-play --reuse error needs: sampled "
-                               "from six directions, or left out")
+                               "how fast each anchor's look changes with the view, which gsc-play --reuse error needs: "
+                               "sampled: measured from six directions; none: not stored")
         .rare();
     addCount(command, "--chunk-anchors", options.write.chunk_anchors, 1, kMaxAnchors, "N (default: 16384)",
-             "anchors per chunk to aim for")
+             "anchors to aim for in a chunk, the part of the file that is read at once")
         .rare();
     addByteSize(command, "--memory-budget", options.write.memory_budget, 1,
-                "SIZE (default: 1G, or a quarter of memory if less)", "memory for buffers, such as 4G");
+                "SIZE (default: 1G, or a quarter of memory if less)", "most memory for buffers, such as 4G");
     addInteger(command, "-j,--threads", options.write.threads, 0, 4096, "N (default: 0)",
-               "threads, 0 = all cores; the bytes do not depend on it");
+               "threads, 0 = all cores; the file does not depend on it");
     const OptionHandle verify =
         addFlag(command, "--verify", options.verify,
-                "read the file back and compare every value with the checkpoint before it gets its name");
-    addFlag(command, "--dry-run", options.dry_run, "read the checkpoint, say what it is, write no .gsc")
-        .excludes(verify);
+                "read the file back and compare every value with the checkpoint before it appears under its name");
+    addFlag(command, "--dry-run", options.dry_run, "read and describe the checkpoint, write no .gsc").excludes(verify);
 }
 
 } // namespace

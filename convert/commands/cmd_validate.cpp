@@ -122,12 +122,15 @@ void addValidateCommand(CLI::App& app, Invocation& invocation)
     CLI::App& command = addCommand(app, "validate", "Check a .gsc file and list every problem found");
     addText(command, "FILE", options->input, "FILE.gsc", "file to check");
     addChoice<GscCheck>(command, "--check", options->check, {{"index", GscCheck::Index}, {"full", GscCheck::Full}},
-                        "default: full", "index: everything but the anchors' data; full: that too");
-    addFlag(command, "-e,--warnings-as-errors", options->warnings_as_errors, "warnings fail the check too");
-    addFlag(command, "--list-issues", options->list_issues, "print every problem there is a number for, and stop");
+                        "default: full",
+                        "part of the file to check: full: all; index: all but the anchors' data, which is fast");
+    addFlag(command, "-e,--warnings-as-errors", options->warnings_as_errors,
+            "warnings fail the check too, with exit code 3");
+    addFlag(command, "--list-issues", options->list_issues,
+            "list all problems that a check can find, with their numbers, and end");
     addReporterOptions(command, invocation.reporter, false);
-    setFooter(command, "Prints nothing and exits with 0 if the file is good, 3 if it is not, 5 if it is\n"
-                       "only newer than this program.\n\n"
+    setFooter(command, "Prints nothing if the file is valid. Exit codes: 0 valid, 3 not valid, 5 of a\n"
+                       "newer version than this program reads.\n\n"
                        "examples:\n"
                        "  gsc validate city.gsc\n"
                        "  gsc validate --format json --check index city.gsc");

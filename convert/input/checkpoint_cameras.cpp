@@ -2,6 +2,7 @@
 #include "convert/input/checkpoint_cameras.h"
 
 #include "convert/input/input_file.h"
+#include "format/numbers/count_text.h"
 #include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
 #include "runtime/cameras/trainer_cameras.h"
@@ -52,11 +53,11 @@ void warnOfLenses(const std::string& path, const std::vector<std::string>& told,
                                        : ""));
     }
     if (shifted > 0)
-        warnings.push_back(
-            formatString("%s: cx, cy of %zu of %zu cameras are off the middle of the image and ignored; a "
-                         ".gsc stores cameras that look through the middle, play them from the file "
-                         "itself with gsc-play --cameras",
-                         path.c_str(), shifted, cameras));
+        warnings.push_back(formatString("%s: cx, cy of %s of %s are off the middle of the image and ignored; a "
+                                        ".gsc stores cameras that look through the middle, play them from the file "
+                                        "itself with gsc-play --cameras",
+                                        path.c_str(), formatCount(shifted).c_str(),
+                                        formatCount(cameras, "camera").c_str()));
 }
 
 // A file without image sizes, or with matrices that also scale (MatrixCity), does not fit SourceCamera.
@@ -162,10 +163,10 @@ void resizeAsTrained(std::vector<SourceCamera>& cameras, double resolution, cons
         larger += size.width > kMostDrawn;
     }
     if (larger > 0)
-        warnings.push_back(
-            formatString("%s: resolution is %g, so the trainer drew %zu of %zu cameras more than %u pixels "
-                         "wide; a player draws them %u wide, pass --size for the trainer's size",
-                         path.c_str(), resolution, larger, cameras.size(), kMostDrawn, kMostDrawn));
+        warnings.push_back(formatString("%s: resolution is %g, so the trainer drew %s of %s more than %u pixels "
+                                        "wide; a player draws them %u wide, pass --size for the trainer's size",
+                                        path.c_str(), resolution, formatCount(larger).c_str(),
+                                        formatCount(cameras.size(), "camera").c_str(), kMostDrawn, kMostDrawn));
 }
 
 } // namespace
@@ -183,9 +184,10 @@ void assignSplit(std::vector<SourceCamera>& cameras, uint32_t embedding_rows, in
     }
     if (embedding_rows != 0) {
         if (embedding_rows > cameras.size()) {
-            warnings.push_back(formatString("cameras.json: lists %zu cameras, the appearance embedding has %u rows, so "
+            warnings.push_back(formatString("cameras.json: lists %s, the appearance embedding has %s, so "
                                             "which row belongs to a camera is unknown",
-                                            cameras.size(), embedding_rows));
+                                            formatCount(cameras.size(), "camera").c_str(),
+                                            formatCount(embedding_rows, "row").c_str()));
             return;
         }
         held_out = cameras.size() - embedding_rows;

@@ -14,7 +14,7 @@ constexpr int kCompactFeatureBits = 7; // beside the sign
 constexpr int kCompactOffsetBits = 9;
 constexpr int32_t kCompactFeatureSteps = (1 << kCompactFeatureBits) - 1; // at most
 constexpr int32_t kCompactOffsetSteps = (1 << kCompactOffsetBits) - 1;
-constexpr int kLeastCompactExponent = -24; // of the steps: the least power of two that a half can be
+constexpr int kLeastCompactExponent = -24; // exponent of the least step: the least power of two that a half can be
 
 // Exponent of the finest step, a power of two from 2^-24 up, of which `largest` is at most 2^bits - 1. `largest` is the
 // largest magnitude of an anchor's values. Precondition: it is finite and not negative.

@@ -20,30 +20,30 @@ constexpr const char* kLiveExamples = R"(examples:
       --mode split --trace run.json
       a minute round the stored cameras on two GPUs; gsc chart draws run.json
 
-Poses are fed in real time. The newest that waits is drawn next, and the newest
-that is drawn is shown: what a viewer without a screen would have shown, in
-order. Each pose ends as shown, late (a newer one was shown), expired (a newer
-one came, or it waited too long) or failed.)";
+Camera poses arrive in real time. The newest waiting pose is drawn next, the
+newest drawn picture is shown, as a viewer would do; here there is no screen.
+Each pose ends as shown, late (a newer one was shown before it), expired (a
+newer one came before it was drawn, or it waited too long) or failed.)";
 
 void addLiveOptions(CLI::App& app, LiveOptions& options)
 {
     const Heading heading(app, "Poses in real time");
     addNumber(app, "--rate", options.rate, {0.1, 10000}, " poses per second", "FPS (default: 90)",
-              "poses fed each second");
+              "camera poses played each second");
     addNumber(app, "--seconds", options.seconds, {0, 1e6}, " seconds", "S (default: 0)",
               "length of the run, going round the cameras; 0 = once through them");
     addNumber(app, "--timeout-ms", options.timeout_ms, {0, 1e6}, " milliseconds", "MS (default: 50)",
-              "longest time that a pose may wait to be drawn; 0 = until a newer pose comes")
+              "longest time that a pose may wait to be drawn before it is dropped; 0 = until a newer pose comes")
         .rare();
     addNumber(app, "--still-distance", options.still_distance, {0, 1e6}, " world units", "LENGTH (default: 0)",
-              "distance up to which the eyes stand still, if they also turn by --still-degrees at most: the new pose "
-              "is not drawn, and the last picture stays; 0 with --still-degrees 0 = draw every pose")
+              "distance in world units that the eyes may move and still keep the last picture, if they also turn by "
+              "--still-degrees at most: the pose is not drawn; both 0 = draw every pose")
         .rare();
     addNumber(app, "--still-degrees", options.still_degrees, {0, 180}, " degrees", "DEGREES (default: 0)",
-              "angle up to which the eyes stand still, see --still-distance")
+              "angle that the eyes may turn and still keep the last picture, see --still-distance")
         .rare();
     addText(app, "--trace", options.trace, "FILE.json",
-            "file for the trace: every pose, and each start and stop of a device with its cause "
+            "file to write a trace to: every pose, and each start and stop of a device with its cause "
             "(schemas/service-trace.schema.json); gsc chart draws it");
     addFlag(app, "-w,--overwrite", options.play.output.overwrite, "replace the trace file if it exists");
 }
@@ -54,7 +54,7 @@ ErrorCode runLive(const LiveOptions& options, Reporter& report)
     report.endProgress(false);
     if (report.json()) {
         ServiceTraceReport trace = liveTrace(options, summary);
-        trace.poses.clear(); // which --trace has
+        trace.poses.clear(); // --trace has them
         report.object(toJson(trace));
     } else {
         report.text(liveReportText(options, summary));
@@ -67,7 +67,8 @@ ErrorCode runLive(const LiveOptions& options, Reporter& report)
 void addLiveCommand(CLI::App& root, Invocation& invocation)
 {
     auto options = std::make_shared<LiveOptions>();
-    CLI::App& command = addCommand(root, "live", "Play a trajectory in real time: what would be shown");
+    CLI::App& command =
+        addCommand(root, "live", "Play a trajectory in real time and report what a viewer would have seen");
     addFile(command, options->play);
     optionOf(command, "FILE").required();
     addLiveOptions(command, *options);

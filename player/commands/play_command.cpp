@@ -40,10 +40,9 @@ more examples:
       decoded Gaussians are drawn again while they change by less than 1/255
   gsc-play city.gsc --cameras flight.json --target-ms 11 --lod-fade 0.5 \
       --lod-hysteresis 0.1 --stats out.jsonl
-      detail falls where a frame would take longer than 11 ms, and no level pops
+      less detail if frames take longer than 11 ms; levels change softly
   gsc-play city.gsc --cameras flight.json --tier turbo --stats out.jsonl
-      what is far and small is joined and kept from frame to frame: faster, for
-      paths
+      small far Gaussians are joined, and kept from frame to frame: faster
   gsc-play room.gsc --cameras path.json --size 1280x720 --out - | ffplay -
       pictures to another program, as they are drawn
   gsc-play room.gsc --out 'frames/{name}.png' --shard 2/4 --stats shard_2.jsonl
@@ -60,29 +59,29 @@ void addOutputOptions(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "Files");
     addText(app, "--out", options.output.out, "PATTERN",
-            "images to write: {name}, {frame}, {frame:04} and {eye} are filled in (" + imageExtensions() +
-                "); - is a stream on standard output, two eyes side by side");
+            "pictures to write: {name}, {frame}, {frame:04} and {eye} in the pattern are filled in (" +
+                imageExtensions() + "); - is a stream on standard output, two eyes side by side");
     addChoice<StreamFormat>(
         app, "--stream", options.output.stream,
         {{"y4m", StreamFormat::Y4m}, {"rgb24", StreamFormat::Rgb24}, {"rgb48", StreamFormat::Rgb48}}, "default: y4m",
         "format of --out -: YUV4MPEG2 (4:4:4, 16 bits, full range), or bare pixels of 8 or 16 bits per channel")
         .rare();
     addText(app, "--video", options.output.video, "FILE.mp4",
-            "a video through the program ffmpeg: H.264, nearly lossless, two eyes side by side");
+            "video to write with the program ffmpeg: H.264, nearly lossless, two eyes side by side");
     addNumber(app, "--fps", options.output.fps, {0.001, 1000}, " frames a second", "N (default: 30)",
-              "frames per second of a video, and those that a y4m stream states")
+              "frames per second stated in the video or y4m stream")
         .rare();
     addChoice<PixelDepth>(app, "--depth", options.output.depth, {{"8", PixelDepth::Eight}, {"16", PixelDepth::Sixteen}},
                           "default: 8", "bits per channel of a PNG")
         .rare();
     addText(app, "--stats", options.output.stats, "FILE.jsonl",
-            "times of stages and counts: one JSON object per frame and line (schemas/frame-stats.schema.json); - is "
-            "standard output");
+            "file of stage times and counts: one JSON object per frame and line (schemas/frame-stats.schema.json); - "
+            "is standard output");
     addFlag(app, "-w,--overwrite", options.output.overwrite, "replace files that exist");
     addShard(app, options, "the frames", "--stats");
 }
 
-// A shard draws every so many frames, so none may depend on the one before.
+// A shard draws every N-th frame, so no frame may depend on the one before.
 void checkShard(const CLI::App& app, const PlayOptions& options)
 {
     const bool keeps = options.frame.reuse.policy != ReusePolicy::None, coarse = options.frame.detail > 0;
@@ -166,7 +165,8 @@ void addPlayCommand(CLI::App& root, Invocation& invocation)
     auto options = std::make_shared<PlayOptions>();
     auto lists = std::make_shared<bool>(false);
     addPlayOptions(root, *options);
-    addFlag(root, "--list-devices", *lists, "list the devices that render here: with memory and links; then end");
+    addFlag(root, "--list-devices", *lists,
+            "list the devices that can render, and end: with their memory and the links between them");
     addReporterOptions(root, invocation.reporter, true);
     setFooter(root, kPlayExamples);
     onParsed(root, [&root, &invocation, options, lists] {
@@ -186,7 +186,7 @@ void addPlayCommand(CLI::App& root, Invocation& invocation)
 
 void addBackendsCommand(CLI::App& root, Invocation& invocation)
 {
-    CLI::App& command = addCommand(root, "backends", "List what renders on this machine");
+    CLI::App& command = addCommand(root, "backends", "List the devices that can render on this machine");
     onParsed(command, [&invocation] {
         invocation.run = [](Reporter& report) {
             for (const DeviceInfo& device : devices())

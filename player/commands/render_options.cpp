@@ -35,20 +35,22 @@ void addReuseOptions(CLI::App& app, PlayOptions& options)
     ReuseOptions& reuse = options.frame.reuse;
     addChoice<ReusePolicy>(
         app, "--reuse", reuse.policy, reusePolicies(), "default: none",
-        "draw decoded Gaussians again in later frames: depth: for a number of frames, fewer where more of "
-        "the view is new; error, on a CPU: while their predicted change stays within --reuse-bound");
+        "draw decoded Gaussians, the networks' output, again in later frames: depth: for a number of frames, fewer "
+        "where more of the view is new; error, on a CPU: while their predicted change stays within --reuse-bound");
     addInteger(app, "--reuse-depth", reuse.max_depth, 0, kMaxReuseDepth, "N (default: 10)",
-               "most frames that a decoded Gaussian is drawn again, with --reuse depth")
+               "with --reuse depth, most frames that decoded Gaussians are drawn again; more is faster and less exact")
         .rare();
     addChoice<DepthGuidance>(app, "--reuse-guidance", reuse.guidance, depthGuidances(), "default: linear",
-                             "curve from the new share of the view to that number of frames, with --reuse depth")
+                             "with --reuse depth, how that number of frames falls as more of the view is new")
         .rare();
     addNumber(app, "--reuse-bound", reuse.bound, {0, kMaxReuseBound}, " in 1/255", "B (default: 1)",
-              "largest predicted change of what an anchor draws, in 1/255 of full colour, with --reuse error")
+              "with --reuse error, largest predicted change of colour at which Gaussians are drawn again, in 1/255 of "
+              "full colour; more is faster and less exact")
         .rare();
-    addInteger(app, "--decode-budget", reuse.decode_budget, 0, int64_t(1) << 40, "N (default: 0)",
-               "most anchors decoded again per frame and eye, those with the largest predicted change first, with "
-               "--reuse error; an anchor that was never decoded always is; 0 = all that --reuse-bound asks for")
+    addInteger(
+        app, "--decode-budget", reuse.decode_budget, 0, int64_t(1) << 40, "N (default: 0)",
+        "with --reuse error, most anchors decoded again per frame and eye, the largest predicted change first; fewer "
+        "is faster and less exact. Anchors never decoded before always are; 0 = all that --reuse-bound asks for")
         .rare();
     addByteSize(app, "--cache-budget", reuse.cache_bytes, 1, "SIZE (default: a quarter of the machine's)",
                 "most memory for decoded Gaussians, such as 256M")
@@ -61,21 +63,22 @@ void addLevelOptions(CLI::App& app, PlayOptions& options, Views views)
     addNumber(
         app, "--detail", options.frame.detail, {0, double(kMostDetail)}, " pixels", "PIXELS (default: 0)",
         std::string(
-            "smallest detail drawn by itself: in pixels; groups of anchors that are far are drawn coarse, from "
-            "copies that join smaller Gaussians and that later frames draw again; 0 = draw every Gaussian by itself") +
-            (views == Views::Cameras ? ". Cameras in no order, such as the stored ones, and single pictures of "
-                                       "gsc-play FILE are drawn without it"
+            "size of the finest detail of far groups of anchors, in pixels: smaller Gaussians are joined into coarse "
+            "copies, which later frames draw again; larger is faster and less exact; 0 = draw every Gaussian") +
+            (views == Views::Cameras ? ". No effect on cameras in no order, such as the stored ones, and on single "
+                                       "pictures of gsc-play FILE"
                                      : ""));
     addNumber(app, "--lod-bias", options.frame.lod_bias, {-kMaxLodBias, kMaxLodBias}, " levels", "X (default: 0)",
-              "levels added to the level that distance asks for: below 0 draws less, 0 is the trainer's rule")
+              "levels added to the level that distance asks for: below 0 draws less and faster, above 0 more detail; 0 "
+              "is the trainer's rule")
         .rare();
-    addNumber(
-        app, "--lod-fade", options.frame.lod_fade, {0, kMaxLodWidth}, " levels", "X (default: 0)",
-        "levels over which an anchor fades in, up to 1, around the distance where the trainer's rule switches it on")
+    addNumber(app, "--lod-fade", options.frame.lod_fade, {0, kMaxLodWidth}, " levels", "X (default: 0)",
+              "width of the fade, in levels, up to 1, with which an anchor appears around the distance where the "
+              "trainer's rule switches it on; 0 = at once")
         .rare();
     addNumber(app, "--lod-hysteresis", options.frame.lod_hysteresis, {0, kMaxLodWidth}, " levels", "X (default: 0)",
-              "levels by which a switch may lag behind the camera, up to 1: a camera that trembles at a switch then "
-              "changes nothing")
+              "levels by which a switch of level may lag behind the camera, up to 1, so that small movements to and "
+              "fro switch nothing; 0 = no lag")
         .rare();
 }
 
@@ -86,12 +89,13 @@ void addFoveationOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
         modes.emplace_back("gaze", FoveationMode::Gaze);
     addChoice<FoveationMode>(
         app, "--foveation", options.frame.foveation, modes, "default: none",
-        std::string("fewer Gaussians away from where an eye looks: those too fine to be seen "
-                    "there are left out, in tier fast on a GPU; fixed: each eye looks along its axis") +
+        std::string("draw fewer Gaussians away from where an eye looks: those too fine to be seen there are left out, "
+                    "in tier fast on a GPU; fixed: each eye looks along its axis") +
             (knows_gaze ? "; gaze: the headset tells where the eyes look, if it can" : ""));
-    addNumber(app, "--fovea-pixels", options.frame.fovea_pixels, {0.1, kMostFoveaPixels}, " pixels", "X (default: 2)",
-              "with --foveation: standard deviation, in pixels, of the finest Gaussian drawn 40 degrees away and "
-              "beyond; up to 12 degrees every Gaussian is drawn, and in between this limit grows with the angle")
+    addNumber(
+        app, "--fovea-pixels", options.frame.fovea_pixels, {0.1, kMostFoveaPixels}, " pixels", "X (default: 2)",
+        "with --foveation, standard deviation in pixels of the finest Gaussian drawn 40 degrees or more from where the "
+        "eye looks; larger draws less. Within 12 degrees all are drawn; in between the limit grows with the angle")
         .rare();
 }
 
@@ -114,31 +118,28 @@ void addFile(CLI::App& app, PlayOptions& options)
 void addCameraReading(CLI::App& app, PlayOptions& options)
 {
     addFlag(app, "--ignore-distortion", options.cameras.ignore_distortion,
-            "draw the cameras of a file that states lens distortion as pinholes instead of refusing it")
+            "draw cameras with lens distortion as if they had none, instead of refusing them")
         .rare();
     addChoice<CamerasTransform>(app, "--cameras-transform", options.cameras.transform,
                                 {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}},
                                 "default: keep, with a warning",
-                                "poses of a transforms.json with applied_transform or applied_scale: as they stand, or "
-                                "back in the coordinates they came from")
+                                "coordinates of a transforms.json with applied_transform or applied_scale: keep: as "
+                                "they stand; undo: as they were before these were applied")
         .rare();
 }
 
 void addCameras(CLI::App& app, PlayOptions& options)
 {
     addText(app, "--cameras", options.cameras.file, "stored|FILE.json (default: stored)",
-            "cameras to draw: cameras.json of a trained model, transforms.json, nerfstudio's camera_path.json, the "
-            "folder of a COLMAP "
-            "model, of a data set or of a trained model, "
-            "or a trajectory (schemas/trajectory.schema.json), or "
-            "those stored in FILE");
+            "cameras to draw: those stored in FILE, or of a file: cameras.json of a trained model, transforms.json, "
+            "nerfstudio's camera_path.json or a trajectory (schemas/trajectory.schema.json), or of a folder: a COLMAP "
+            "model, a data set or a trained model");
     addCameraReading(app, options);
 }
 
 void addFrames(CLI::App& app, PlayOptions& options)
 {
-    detail::addValue(app, "--frames", "A:B (default: all)",
-                     "cameras A to B-1 of the camera file; either may be left out",
+    detail::addValue(app, "--frames", "A:B (default: all)", "cameras A to B-1, counted from 0; either may be left out",
                      [&options](const std::string& name, const std::string& text) {
                          options.cameras.range = name + " " + text;
                          options.cameras.may_end_sooner = false;
@@ -151,7 +152,7 @@ void addViewOptions(CLI::App& app, PlayOptions& options, const std::string& size
 {
     const Heading heading(app, "View");
     addImageSize(app, "--size", options.view.width, options.view.height, "WxH (default: " + size + ")",
-                 "pixels of a picture");
+                 "width and height of a picture in pixels");
     detail::addValue(app, "--fov", "DEGREES (default: the camera's)", "horizontal angle of view",
                      [&options](const std::string& name, const std::string& text) {
                          const double angle = detail::number(name, text, {0.01, 179.9}, " degrees");
@@ -169,13 +170,13 @@ void addViewOptions(CLI::App& app, PlayOptions& options, const std::string& size
 void addLookOptions(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "View");
-    addChoice<StereoMode>(
-        app, "--stereo", options.frame.stereo, stereoModes(), "default: exact",
-        "place the networks look from: exact: each eye; merged: from the middle between the two, once for "
-        "both")
+    addChoice<StereoMode>(app, "--stereo", options.frame.stereo, stereoModes(), "default: exact",
+                          "viewpoint of the networks, which compute colour and opacity: exact: each eye; merged: the "
+                          "middle between both, once: faster and less exact")
         .rare();
     addInteger(app, "--appearance", options.cameras.appearance, 0, std::numeric_limits<int>::max(),
-               "ROW (default: the camera's own)", "row of the appearance embedding for every camera")
+               "ROW (default: the camera's own)",
+               "row of the appearance embedding (one per training picture) for every camera")
         .rare();
     detail::addValue(app, "--background", "model|R,G,B (default: model)",
                      "colour behind the model; model = the colour it was trained with",
@@ -195,20 +196,20 @@ void addRunOptions(CLI::App& app, PlayOptions& options, Views views)
 {
     const Heading heading(app, "Rendering");
     addChoice<TierChoice>(app, "--tier", options.frame, tierChoices(), "default: fast",
-                          "exactness of the pictures: exact: the trainer's image, but free of the trainer's rounding "
-                          "errors far from the origin; "
-                          "fast: half precision on a GPU, exact on a CPU; " +
+                          "exactness of the pictures: exact: the trainer's image, but without the trainer's rounding "
+                          "errors far from the origin; fast: half precision on a GPU, exact on a CPU; " +
                               formatString("turbo: fast with --detail %g, for trajectories", kTurboDetail));
     addBackend(app, "--backend", options.devices.backend, true,
-               "backend that renders; gsc-play backends lists those of this machine");
+               "device that renders: cuda: a GPU; cpu; cpu-reference: slow and simple, to check the others against; "
+               "auto: a GPU if there is one, else the CPU");
     addInteger(app, "--device", options.devices.device, 0, 255, "N (default: 0)",
-               "number of the backend's device, as in the list of gsc-play backends")
+               "number of the GPU, as in the list of gsc-play backends")
         .rare();
     addInteger(app, "--threads", options.devices.threads, 0, 4096, "N (default: 0)",
-               "CPU threads, 0 = all cores; with a GPU: most threads that read the file");
-    addByteSize(
-        app, "--vram-budget", options.devices.vram_budget, 1, "SIZE (default: all there is)",
-        "most device memory for model and frame, such as 4G; a frame that needs more is drawn in several passes")
+               "CPU threads, 0 = all cores; with a GPU they only read the file");
+    addByteSize(app, "--vram-budget", options.devices.vram_budget, 1, "SIZE (default: all there is)",
+                "most GPU memory for model and frame, such as 4G; a frame that needs more is drawn in several passes, "
+                "which is slower")
         .rare();
     addFlag(app, "--verify", options.model.verify, "check the checksum of every byte before the first frame").rare();
     addFoveationOptions(app, options, views == Views::Headset);
@@ -219,7 +220,8 @@ void addRunOptions(CLI::App& app, PlayOptions& options, Views views)
 void addFirstPicture(CLI::App& app, PlayOptions& options)
 {
     addFlag(app, "--first-picture", options.devices.first_picture,
-            "draw while the model is on its way to the GPU, coarse levels and near anchors first; --tier exact waits")
+            "draw while the model is still being copied to the GPU, coarse levels and near anchors first; not with "
+            "--tier exact")
         .rare();
 }
 
@@ -233,10 +235,10 @@ void addShard(CLI::App& app, PlayOptions& options, const char* what, const char*
     detail::addValue(
         app, "--shard", "I/N|auto (default: all)",
         formatString(
-            "do the I-th of N parts of %s, I from 1: each part is a process that knows nothing of the others. auto "
-            "takes I and N from Slurm's SLURM_ARRAY_TASK_ID and _COUNT or Open MPI's OMPI_COMM_WORLD_RANK and _SIZE; "
-            "auto/N takes I also from the JOB_COMPLETION_INDEX of Kubernetes. Finished work is kept in %s, one file "
-            "for each shard: a shard that is started again goes on from it. gsc merge-runs joins the files",
+            "do only the I-th of N parts of %s, I from 1; run a process for each part, on any machine. auto takes I "
+            "and N from Slurm's SLURM_ARRAY_TASK_ID and _COUNT or Open MPI's OMPI_COMM_WORLD_RANK and _SIZE; auto/N "
+            "takes I also from the JOB_COMPLETION_INDEX of Kubernetes. Finished work is kept in %s, a file for each "
+            "part: a part that is started again continues it. gsc merge-runs joins the files",
             what, file),
         [&options](const std::string& name, const std::string& text) {
             options.shard = parseShard(text, name, processEnvironment, remoteWorkers() != nullptr);
@@ -266,10 +268,10 @@ void addTargetOption(CLI::App& app, PlayOptions& options, Views views)
     const Heading heading(app, "Levels of detail");
     addNumber(
         app, "--target-ms", options.frame.target_ms, {1e-6, kMaxTargetMs}, " milliseconds", "MS (default: none)",
-        std::string("time of a frame to hold: while frames take longer, --detail doubles up to 4 pixels "
-                    "where detail can be drawn, then --lod-bias falls; both come back slowly to their given values") +
+        std::string("longest time of a frame to aim for: while frames take longer, --detail doubles up to 4 pixels "
+                    "where it can be used, then --lod-bias falls; both return slowly to their given values") +
             (views == Views::Cameras
-                 ? ". Refused where neither can change, such as for a model of one level on cameras in no order"
+                 ? ". Refused if neither can change, as for a model of one level with cameras in no order"
                  : ""));
 }
 

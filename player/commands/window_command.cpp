@@ -24,18 +24,21 @@ constexpr const char* kWindowExamples = R"(examples:
       fly along a path with Space; screenshots (F12) and recorded paths (R) go
       to pictures
 
-The newest finished picture is shown; the window never waits for one. A recorded
-path is a trajectory that gsc-play FILE, bench, stability and --sweep take:
+The window shows the newest finished picture and never waits for the next. A
+recorded path is a trajectory, which --cameras of every command takes:
 gsc-play bench city.gsc --cameras path-0001.json.)";
 
 void addWindowOptions(CLI::App& app, WindowOptions& options)
 {
     const Heading heading(app, "Window");
     addText(app, "--folder", options.folder, "DIR (default: .)", "folder for screenshots and recorded paths");
-    addText(app, "--log", options.log, "FILE", "file for a JSON line per frame shown (schemas/window-log.schema.json)");
+    addText(app, "--log", options.log, "FILE",
+            "file to write a JSON line per shown frame to (schemas/window-log.schema.json)");
     addFlag(app, "-w,--overwrite", options.play.output.overwrite, "replace the log if it exists");
     addFirstPicture(app, options.play);
-    addFlag(app, "--no-vsync", options.tears, "do not wait for the display between two frames").rare();
+    addFlag(app, "--no-vsync", options.tears,
+            "do not wait for the display between two frames; faster, but pictures may tear")
+        .rare();
 }
 
 void checkWindowOptions(const CLI::App& app, const WindowOptions& options)

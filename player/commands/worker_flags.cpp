@@ -108,7 +108,8 @@ void addWorkerOptions(CLI::App& app, PlayOptions& options)
     const Heading heading(app, "Devices that draw together");
     WorkerOptions& workers = options.devices.workers;
     const OptionHandle gpus = detail::addValue(
-        app, "--gpus", "N|all|cpu:N (default: one device)", "devices that draw together: N GPUs, all, or N on the CPU",
+        app, "--gpus", "N|all|cpu:N (default: one device)",
+        "number of devices that draw together: N GPUs, all GPUs, or N workers on the CPU",
         [&workers](const std::string& name, const std::string& text) { workers.count = parseGpus(name, text); });
     const OptionHandle chosen =
         detail::addValue(app, "--devices", "LIST",
@@ -122,30 +123,28 @@ void addWorkerOptions(CLI::App& app, PlayOptions& options)
         option.excludes(optionOf(app, "--backend"));
         option.excludes(optionOf(app, "--device"));
     }
-    addChoice<ServiceMode>(
-        app, "--mode", workers.mode,
-        {{"auto", ServiceMode::Auto},
-         {"frame", ServiceMode::Frame},
-         {"eye", ServiceMode::Eye},
-         {"split", ServiceMode::Split}},
-        "default: auto",
-        "sharing of the work: frame: devices take frames in turn; eye: each draws one eye; split: each draws a band of "
-        "the image; auto: the mode that measures best: least latency among those that reach "
-        "--min-fps, or most frames per second without it")
+    addChoice<ServiceMode>(app, "--mode", workers.mode,
+                           {{"auto", ServiceMode::Auto},
+                            {"frame", ServiceMode::Frame},
+                            {"eye", ServiceMode::Eye},
+                            {"split", ServiceMode::Split}},
+                           "default: auto",
+                           "sharing of the work: frame: devices take frames in turn; eye: each draws one eye; split: "
+                           "each draws a band of the image; auto: the fastest by measurement: least latency among "
+                           "those that reach --min-fps, or most frames per second without it")
         .rare();
     addNumber(app, "--min-fps", workers.min_fps, {0, kMostFps}, " frames per second", "FPS (default: 0)",
-              "rate at which a device joins, when frames per second fall or are about to fall below it; 0 = all draw "
-              "from the start")
+              "start a further device when frames per second fall, or are about to fall, below this; 0 = all draw from "
+              "the start")
         .rare();
     addNumber(app, "--max-fps", workers.max_fps, {0, kMostFps}, " frames per second", "FPS (default: 0)",
-              "rate at which a device leaves, when frames per second exceed (1 + 1/N) times it with N devices "
-              "remaining; 0 = none leaves")
+              "stop a device when frames per second exceed (1 + 1/N) times this, N being the devices that remain; 0 = "
+              "none stops")
         .rare();
     detail::addValue(
         app, "--inject", "KIND:CHANCE,...",
-        "faults for tests, with a chance for each frame: throw, hang, lost, memory; also hang-ms:N, slow-ms:N for "
-        "every "
-        "frame, seed:N, device:cuda:1",
+        "cause faults, for tests: throw, hang, lost or memory, each with its chance per frame (0 to 1); hang-ms:N: "
+        "length of a hang; slow-ms:N: delay of every frame; seed:N: of the chances; device:cuda:1: only there",
         [&workers](const std::string& name, const std::string& text) { workers.faults = parseFaults(name, text); })
         .rare();
 }

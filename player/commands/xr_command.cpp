@@ -15,8 +15,8 @@ namespace {
 
 constexpr const char* kXrExamples = R"(examples:
   gsc-play xr --info
-      what there is: OpenXR's runtime, the headset, its views, and whether its
-      GPU is the one that draws
+      list OpenXR's runtime, the headset and its views, and tell whether the
+      headset's GPU is the one that draws
   gsc-play xr city.gsc --keep-place --fallback window
       the viewer starts at the first camera; where it was left is stored in
       city.gsc.place.json
@@ -28,9 +28,9 @@ The left stick walks, the right one turns by 30 degrees and goes up and down. A
 grip holds the world and pulls it; both turn and scale it. The trigger goes
 where the hand points, the menu button back to the start.
 
-Each refresh shows the newest finished picture with the pose it was drawn for,
-and the headset turns it to where the eyes are: no refresh waits for the
-renderer.)";
+Each refresh of the display shows the newest finished picture, which the headset
+turns from the pose it was drawn for to where the eyes are now: no refresh waits
+for the renderer.)";
 
 struct XrChoice {
     XrOptions xr;
@@ -42,40 +42,42 @@ void addXrOptions(CLI::App& app, XrChoice& choice)
 {
     XrOptions& options = choice.xr;
     const Heading heading(app, "Headset");
-    addFlag(app, "--info", choice.info, "list loader, runtime and headset, and end");
+    addFlag(app, "--info", choice.info, "list OpenXR's loader and runtime and the headset, and end");
     addChoice<std::string>(app, "--fallback", choice.fallback, {{"none", "none"}, {"window", "window"}},
-                           "default: none", "view to open where there is no headset, or when it goes away");
+                           "default: none", "view to open if there is no headset, or when it goes away");
     addNumber(app, "--xr-scale", options.scale, {0.05, 4}, " times", "X (default: 1)",
-              "width and height of pictures, in times those that the runtime recommends")
+              "factor of the picture width and height that the runtime recommends; larger is sharper and slower")
         .rare();
-    addChoice<bool>(
-        app, "--xr-space", options.stage, {{"local", false}, {"stage", true}}, "default: local",
-        "local: the eyes start at the first camera, wherever the viewer sits; stage: it is 1.6 m above the floor of "
-        "the room")
+    addChoice<bool>(app, "--xr-space", options.stage, {{"local", false}, {"stage", true}}, "default: local",
+                    "place of the first camera: local: at the viewer's eyes when the session starts; stage: 1.6 m "
+                    "above the floor of the room")
         .rare();
     addNumber(app, "--metre", options.metre, {0, 1e12, true}, " world units", "UNITS (default: the model's)",
-              "world units to a metre of the viewer's body")
+              "length of a metre of the viewer's body in world units; a larger one makes the model look smaller")
         .rare();
-    addFlag(app, "--ride", options.rides, "the cameras carry the viewer along, level, at --ride-fps");
+    addFlag(app, "--ride", options.rides, "move the viewer along the cameras, kept level, at --ride-fps");
     addNumber(app, "--ride-fps", options.ride_fps, {1e-3, 1e4}, " a second", "FPS (default: 72)",
-              "cameras a second of --ride, by the clock of the headset")
+              "cameras per second of --ride, by the clock of the headset; more is faster")
         .rare();
     addFlag(app, "--keep-place", options.keeps_place,
-            "start where the viewer was left, and store it at the end in FILE.place.json (schemas/place.schema.json)");
+            "start where the viewer stood at the end of the last session, stored in FILE.place.json "
+            "(schemas/place.schema.json)");
     addFlag(app, "--xr-depth", options.depth,
-            "give the headset depths with the pictures, where its runtime takes them (XR_KHR_composition_layer_depth); "
-            "both then go through memory of the host")
+            "give the headset depths with the pictures, if its runtime takes them (XR_KHR_composition_layer_depth); "
+            "slower: both then go through host memory")
         .rare();
     addFlag(app, "--xr-sync", options.waits,
-            "wait in each frame for the picture of its own pose: for tests and recordings, refreshes are missed")
+            "wait in each frame for the picture of its own pose, for tests and recordings: the display then misses "
+            "refreshes")
         .rare();
     addFlag(app, "--xr-late", options.late,
-            "look up where the eyes are again when the drawing of their picture begins, for when it will be seen")
+            "ask the headset for the eyes' pose again right before their picture is drawn, predicted for when it will "
+            "be seen")
         .rare();
     addFirstPicture(app, options.play);
     addNumber(app, "--seconds", options.seconds, {0, 1e9}, " seconds", "S (default: 0)",
-              "seconds after which the session ends; 0 = when it is left in the headset");
-    addText(app, "--log", options.log, "FILE", "file for a JSON line per frame (schemas/xr-log.schema.json)");
+              "seconds after which the session ends; 0 = when the viewer leaves it in the headset");
+    addText(app, "--log", options.log, "FILE", "file to write a JSON line per frame to (schemas/xr-log.schema.json)");
     addFlag(app, "-w,--overwrite", options.play.output.overwrite, "replace the log if it exists");
 }
 
@@ -122,7 +124,7 @@ ErrorCode runXrCommand(const XrChoice& choice, Reporter& report)
     } catch (const HeadsetError& e) {
         if (choice.fallback != "window")
             throw;
-        report.warning(std::string(e.what()) + "; a window is opened instead, without what is a headset's alone");
+        report.warning(std::string(e.what()) + "; a window is opened instead, without the options of a headset");
     }
     WindowOptions window;
     window.play.model = choice.xr.play.model;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/frames/shots.h"
 
+#include "format/numbers/count_text.h"
 #include <gsc/error.h>
 #include "runtime/cameras/json_fields.h"
 #include "runtime/cameras/scene_cameras.h"
@@ -23,7 +24,7 @@ void sizeHead(Camera& head, const ViewChoice& view)
         throw Error(ErrorCode::Usage, "camera " + head.name, "its file states no image size", "one", "pass --size WxH");
 }
 
-// Throws what the views of a trajectory cannot give or take.
+// Throws for options that a trajectory with views cannot follow.
 void checkViews(const TrajectoryFacts& facts, const std::string& cameras, const ViewChoice& view)
 {
     const char* const file = cameras.c_str();
@@ -103,9 +104,10 @@ void tellSquared(const std::vector<Camera>& cameras, const std::string& file, co
         return std::abs(shape - 1) > kSquare;
     });
     if (squared > 0)
-        log.warning(formatString("--fov: pixels of %lld of %zu cameras are not square in %s; with an angle of your own "
+        log.warning(formatString("--fov: pixels of %s of %s are not square in %s; with an angle of your own "
                                  "they are drawn square",
-                                 static_cast<long long>(squared), cameras.size(), file.c_str()));
+                                 formatCount(uint64_t(squared)).c_str(), formatCount(cameras.size(), "camera").c_str(),
+                                 file.c_str()));
 }
 
 std::vector<Shot> cutShots(std::vector<Camera> cameras, const TrajectoryFacts& facts, double ipd,
@@ -152,15 +154,15 @@ void chooseAppearance(const Scene& scene, const std::string& model, int row, std
         missing += shot.camera.appearance >= 0 && shot.appearance != shot.camera.appearance;
     }
     if (without > 0)
-        log.warning(formatString("%s: the model has an appearance embedding and %llu of %zu cameras name no row of it; "
+        log.warning(formatString("%s: the model has an appearance embedding, but %s of %s without a row of it; "
                                  "row %d is used, pass --appearance ROW to choose",
-                                 model.c_str(), static_cast<unsigned long long>(without), shots.size(),
-                                 int(known.front())));
+                                 model.c_str(), formatCount(without).c_str(),
+                                 formatCount(shots.size(), "camera").c_str(), int(known.front())));
     if (missing > 0)
-        log.warning(formatString("%s: %llu of %zu cameras name an appearance row that is not in the file; row %d is "
+        log.warning(formatString("%s: the appearance row of %s of %s is not in the file; row %d is "
                                  "used, pass --appearance ROW to choose",
-                                 model.c_str(), static_cast<unsigned long long>(missing), shots.size(),
-                                 int(known.front())));
+                                 model.c_str(), formatCount(missing).c_str(),
+                                 formatCount(shots.size(), "camera").c_str(), int(known.front())));
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cameras/camera_fields.h"
 
+#include "format/numbers/count_text.h"
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/matrix.hpp>
 
@@ -17,7 +18,7 @@ constexpr double kWide = 170 * std::numbers::pi / 180; // radians
 constexpr size_t kMostNamed = 12;                      // keys
 constexpr double kMaxCentre = 1e6; // pixels; a crop may leave the axis outside the image, but not so far
 constexpr const char* kFisheye = "is_fisheye";
-// These pictures are no pinhole's, whatever else is ignored.
+// Camera models whose pictures are no pinhole's, whatever else is ignored.
 constexpr const char* kOtherProjections[] = {"latlong", "equirectangular", "orthographic"};
 constexpr const char* kOtherModels[] = {
     "EQUIRECTANGULAR",         "LATLONG", "ORTHOGRAPHIC", "ORTHOPHOTO", "OMNIDIRECTIONALSTEREO_L",
@@ -160,8 +161,9 @@ void DistortionCheck::add(const LensKeys& lens)
 void DistortionCheck::finish()
 {
     if (m_distorted > 0)
-        m_how.warn(formatString("%s: lens distortion of %zu of %zu cameras is ignored (the first says %s)",
-                                m_file.c_str(), m_distorted, m_cameras, m_first.c_str()));
+        m_how.warn(formatString("%s: lens distortion of %s of %s is ignored (the first says %s)", m_file.c_str(),
+                                formatCount(m_distorted).c_str(), formatCount(m_cameras, "camera").c_str(),
+                                m_first.c_str()));
 }
 
 MiddleOffset readMiddleOffset(const LensKeys& lens, uint32_t width, uint32_t height)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cameras/colmap_cameras.h"
 
+#include "format/numbers/count_text.h"
 #include <gsc/error.h>
 #include <gsc/file/read_file.h>
 #include "runtime/cameras/colmap_model.h"
@@ -19,7 +20,7 @@ namespace {
 constexpr uint64_t kMaxModelBytes = uint64_t(8) << 30; // images.bin also lists the points of every image
 constexpr std::string_view kBlank = " \t\r\v\f";
 constexpr size_t kSurelyPoints = 60;  // words of such triples, the rest of whose line is not looked at
-constexpr double kSquareError = 0.02; // of the square of a quaternion's length
+constexpr double kSquareError = 0.02; // largest error of a quaternion's squared length
 
 // Little-endian values one after the other.
 class Bytes {
@@ -46,8 +47,7 @@ public:
     void skip(uint64_t count, size_t each)
     {
         if (count > m_data.size() / each)
-            m_model.fail(formatString("%llu points of an image in %zu bytes", static_cast<unsigned long long>(count),
-                                      m_data.size()),
+            m_model.fail(formatCount(count, "point") + " of an image in " + formatCount(m_data.size(), "byte"),
                          "as many as the file holds");
         (void)need(size_t(count) * each);
     }
@@ -55,8 +55,8 @@ public:
     void warnOfRest(const char* file) const
     {
         if (!m_data.empty())
-            m_model.how().warn(formatString("%s: %s has %zu bytes behind its last record, which are not read",
-                                            m_model.name().c_str(), file, m_data.size()));
+            m_model.how().warn(formatString("%s: the rest of %s behind its last record, %s, is not read",
+                                            m_model.name().c_str(), file, formatCount(m_data.size(), "byte").c_str()));
     }
 
 private:
@@ -204,7 +204,7 @@ void parseLens(std::string_view line, ColmapModel& model)
             lens.values[values] = value;
     }
     if (values != known->values)
-        model.fail(formatString("%zu values in the camera ", values) + start(whole),
+        model.fail(formatCount(values, "value") + " in the camera " + start(whole),
                    formatString("%zu for %s", known->values, known->name));
     model.addLens(id, lens);
 }
@@ -220,7 +220,7 @@ bool isPoints(std::string_view line)
     return words % 3 == 0;
 }
 
-// Whether `line` may be an image's, even one without a name: a unit quaternion and a camera that is there stand where an
+// True if `line` may be an image's, even one without a name: it has a unit quaternion and an existing camera where an
 // image has them.
 bool mayBeImage(std::string_view line, const ColmapModel& model)
 {
@@ -279,10 +279,10 @@ void parseImages(std::string_view text, ColmapModel& model)
         ++images;
     }
     if (without > 0 && points > 0)
-        model.how().warn(
-            formatString("%s: images.txt has %zu images and no line of points, not even an empty one, behind "
-                         "%zu of them (the line behind the first starts with %s); each is taken as an image",
-                         model.name().c_str(), images, without, first.c_str()));
+        model.how().warn(formatString(
+            "%s: images.txt has %s and no line of points, not even an empty one, behind "
+            "%s of them (the line behind the first starts with %s); each is taken as an image",
+            model.name().c_str(), formatCount(images, "image").c_str(), formatCount(without).c_str(), first.c_str()));
     if (stated)
         model.checkCount("images.txt", *stated, true);
 }

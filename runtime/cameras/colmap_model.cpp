@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cameras/colmap_model.h"
 
+#include "format/numbers/count_text.h"
 #include <gsc/error.h>
 
 #include <glm/gtc/quaternion.hpp>
@@ -14,7 +15,7 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kMaxSide = 32768; // pixels
-constexpr double kUnitError = 0.01;  // of a quaternion that was printed with few digits
+constexpr double kUnitError = 0.01;  // largest error of the length of a quaternion that was printed with few digits
 constexpr double kMaxMiddle = 1e6;   // pixels; a crop may leave the axis outside the image, but not so far
 
 constexpr LensModel kModels[] = {{"SIMPLE_PINHOLE", 3, false, LensKind::Pinhole, 0},
@@ -145,8 +146,9 @@ void ColmapModel::checkCount(const char* file, uint64_t stated, bool of_images) 
 {
     const size_t found = of_images ? m_cameras.size() : m_lenses.size() + m_unknown.size();
     if (stated != found)
-        m_how.warn(formatString("%s: %s says that it has %llu %s and has %zu; those are taken", m_name.c_str(), file,
-                                static_cast<unsigned long long>(stated), of_images ? "images" : "cameras", found));
+        m_how.warn(formatString("%s: %s says that it has %s and has %s; those are taken", m_name.c_str(), file,
+                                formatCount(stated, of_images ? "image" : "camera").c_str(),
+                                formatCount(found).c_str()));
 }
 
 std::vector<Camera> ColmapModel::finish()
@@ -154,8 +156,9 @@ std::vector<Camera> ColmapModel::finish()
     if (m_cameras.empty())
         fail("no image", "at least one");
     if (m_distorted > 0)
-        m_how.warn(formatString("%s: %zu of %zu cameras state lens distortion (the first is %s), which is ignored",
-                                m_name.c_str(), m_distorted, m_cameras.size(), m_first.c_str()));
+        m_how.warn(formatString("%s: lens distortion of %s of %s is ignored (the first is %s)", m_name.c_str(),
+                                formatCount(m_distorted).c_str(), formatCount(m_cameras.size(), "camera").c_str(),
+                                m_first.c_str()));
     for (const std::string& text : m_notes.sentences())
         m_how.warn(text);
     std::stable_sort(m_cameras.begin(), m_cameras.end(),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cameras/trainer_cameras.h"
 
+#include "format/numbers/count_text.h"
 #include "runtime/cameras/camera_fields.h"
 #include <gsc/error.h>
 #include <gsc/file/read_file.h>
@@ -22,9 +23,9 @@ constexpr auto kUpstreamKeys =
     joinKeys(kProjectionKeys, kCoefficients,
              {"id", "img_name", "width", "height", "position", "rotation", "fx", "fy", "cx", "cy"});
 constexpr uint64_t kMaxSettings = 1u << 20; // bytes
-constexpr double kTrainerMaxWidth = 1600;   // of -r -1
+constexpr double kTrainerMaxWidth = 1600;   // width above which -r -1 scales down
 constexpr double kMaxSettingSide = 32768;   // pixels
-constexpr size_t kMostDigits = 2;           // of the N of images_N; longer ones are years and numbers of sets
+constexpr size_t kMostDigits = 2;           // most digits of N in images_N; longer ones are years and numbers of sets
 constexpr std::string_view kDivisorKey = "resolution";
 constexpr std::string_view kImages = "images_";
 
@@ -40,7 +41,7 @@ size_t findWord(std::string_view text, std::string_view word, size_t at)
     return at;
 }
 
-// Whether nothing but -1, the default, stands behind the key that ends at `at`.
+// True if only -1, the default, stands behind the key that ends at `at`.
 bool isMinusOne(std::string_view text, size_t at)
 {
     at = text.find_first_not_of(" \t\"'", at);
@@ -107,10 +108,9 @@ std::vector<SourceCamera> upstreamCameras(const ParsedJson& root, const std::str
     };
     std::vector<SourceCamera> cameras = readEach({root, file, "entry", kUpstreamKeys}, how, read);
     if (repeats > 0)
-        how.warn(
-            formatString("%s: %zu names are of more than one camera (the first is %.60s); each of these is a camera "
-                         "of its own here",
-                         file.c_str(), repeats, repeated.c_str()));
+        how.warn(formatString("%s: has %s of more than one camera (the first is %.60s); each of these is a camera "
+                              "of its own here",
+                              file.c_str(), formatCount(repeats, "name").c_str(), repeated.c_str()));
     return cameras;
 }
 

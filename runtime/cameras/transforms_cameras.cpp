@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cameras/transforms_cameras.h"
 
+#include "format/numbers/count_text.h"
 #include "runtime/cameras/applied_transform.h"
 #include "runtime/cameras/camera_fields.h"
 
@@ -18,8 +19,8 @@ namespace {
 
 constexpr const char* kLensKeys[] = {"w",    "h",    "cx",    "cy",   "camera_angle_x", "camera_angle_y",
                                      "fl_x", "fl_y", "x_fov", "y_fov"};
-// Lists of a frame and of the whole file begin with what is read; behind it stand keys that say nothing of poses and lenses,
-// as instant-ngp, nerfstudio and others write them.
+// Lists for a frame and for the whole file: first the keys that are read, then keys of instant-ngp, nerfstudio and
+// others that say nothing of poses and lenses.
 constexpr const char* kFrame[] = {
     "file_path",      "transform_matrix", "rotation",         "mask_path", "depth_file_path",
     "depth_path",     "sharpness",        "colmap_im_id",     "time",      "fisheye_crop_radius",
@@ -39,7 +40,7 @@ constexpr const char* kPathEntry[] = {"camera_to_world", "fov", "aspect", "rende
 
 constexpr double kMostFar = 1e15;
 constexpr double kSameAspect = 0.01;   // relative; widths and heights are whole pixels
-constexpr double kLastRowError = 1e-4; // of a matrix that somebody inverted in fp32 or printed with few digits
+constexpr double kLastRowError = 1e-4; // largest error of a matrix that was inverted in fp32 or printed with few digits
 
 // Three or four rows of four numbers, or all sixteen in one array, row by row.
 glm::dmat4 readMatrix(const JsonObject& object, const char* key)
@@ -53,8 +54,8 @@ glm::dmat4 readMatrix(const JsonObject& object, const char* key)
     return transpose(glm::make_mat4(entries)); // from rows
 }
 
-// With 0 0 0 1 as the last row, from which rounding may have led away a little. A last entry that is another number
-// divides the place, as MatrixCity's files need it.
+// Sets the last row to 0 0 0 1, from which rounding may have led away a little. If its last entry is another number,
+// the position is divided by it, as MatrixCity's files need it.
 glm::dmat4 readPose(const JsonObject& frame, const char* key)
 {
     glm::dmat4 m = readMatrix(frame, key);
@@ -85,7 +86,7 @@ void poseFromOpenGl(const JsonObject& frame, const char* key, const glm::dmat4& 
     if (!(det > 0) || !(1 / det < 1e30) || !(orthogonalityError(c2w, scale2) < kRotationTolerance * scale2))
         frame.fail(key, formatString("no rotation (determinant %g)", det),
                    "a right-handed rotation, uniformly scaled at most");
-    // the inverse of s R is R^T / s; its transpose is what Camera stores
+    // the inverse of s R is R^T / s; Camera stores its transpose
     const glm::dmat3 rows = transpose(c2w / scale2);
     std::copy_n(glm::value_ptr(rows), 9, camera.rotation);
     translationFromPosition(camera.rotation, glm::value_ptr(position), camera.translation);
@@ -110,7 +111,7 @@ void readSize(const LensKeys& lens, Camera& camera)
 }
 
 constexpr double kSameFocal = 1e-4; // relative; six printed digits of an angle are closer
-constexpr double kSameView = 1e-3;  // the same of an angle and a focal length, one of which was computed from the other
+constexpr double kSameView = 1e-3; // share: an angle and a focal length agree, one of which was computed from the other
 
 enum class AngleUnit : uint8_t { Radians, Pixels, Degrees };
 
@@ -125,14 +126,14 @@ constexpr AngleKey kDegrees{"x_fov", "y_fov", AngleUnit::Degrees};
 // The first that an object has is taken, as instant-ngp and nerfstudio do: BlenderNeRF's camera_angle_y is the sensor's and
 // not the picture's.
 constexpr AngleKey kOfSize[] = {kPixels, kRadians, kDegrees};
-// Pixels of a picture whose size nobody states say less than an angle.
+// An angle says more than pixels of a picture of unknown size.
 constexpr AngleKey kOfNoSize[] = {kRadians, kPixels, kDegrees};
 
 // Statement of one key: an angle, or a focal length in pixels.
 struct StatedAngle {
     const char* key = nullptr;
     const JsonObject* holder = nullptr;
-    double radians = 0, pixels = 0; // one of them is 0
+    double radians = 0, pixels = 0; // angle or focal length; the other is 0
 
     // In pixels of `side`; none where that is not known and an angle is stated.
     [[nodiscard]] std::optional<double> focal(uint32_t side) const
@@ -172,7 +173,7 @@ void noteDisagreement(const LensKeys& lens, const StatedAngle& taken, const Stat
                                  source(other), shownJson(other.holder->at(other.key)).c_str()));
 }
 
-// Takes what is stated for one axis; no key where none is there.
+// Takes the key for one axis; no key if none is there.
 StatedAngle angleOfAxis(const LensKeys& lens, const char* AngleKey::*axis, uint32_t side)
 {
     StatedAngle taken;
@@ -225,13 +226,14 @@ void readLensAngles(const LensKeys& lens, Camera& camera)
         camera.fov_y = radians(y, camera.height);
 }
 
-// instant-ngp leaves the frames behind so many out.
+// Warns of a frame count that differs from n_frames: instant-ngp leaves out the frames beyond it.
 void tellOfCount(const JsonObject& root, const CameraReading& how)
 {
     const ParsedJson* const count = root.find("n_frames");
     if (count && *count != root.at("frames").size())
-        how.warn(formatString("%s: key \"n_frames\" is %s and %zu frames are there; all of them are cameras",
-                              root.where().c_str(), shownJson(*count).c_str(), root.at("frames").size()));
+        how.warn(formatString("%s: key \"n_frames\" is %s and the file has %s; every one is a camera",
+                              root.where().c_str(), shownJson(*count).c_str(),
+                              formatCount(root.at("frames").size(), "frame").c_str()));
 }
 
 } // namespace
@@ -259,7 +261,7 @@ std::vector<Camera> transformsCameras(const JsonObject& root, const CameraReadin
     return readEach({root.at("frames"), root.where(), "frame", kTransformsFrame, &root, kTransformsRoot}, how, read);
 }
 
-// Reads what nerfstudio's viewer saves of a path: matrices of 16 numbers in OpenGL axes, vertical angles in degrees.
+// Reads a path of nerfstudio's viewer: matrices of 16 numbers in OpenGL axes, vertical angles in degrees.
 std::vector<Camera> nerfstudioCameras(const JsonObject& root, const CameraReading& how)
 {
     if (root.stated("camera_type") && root.text("camera_type") != "perspective" &&

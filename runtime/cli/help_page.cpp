@@ -81,7 +81,7 @@ std::string helpPage(const CLI::App& command, bool all)
             words += entry(option->get_name(true, false), option->get_description() + noteOf(*option));
     for (const CLI::App* sub : commandsOf(command))
         commands += entry(sub->get_name(), sub->get_description());
-    page += words.empty() ? "" : "\nWords:\n" + words;
+    page += words.empty() ? "" : "\nArguments:\n" + words;
     page += brief ? "\n" : "";
     for (const OptionGroup& group : groupsOf(command))
         page += groupText(group, command, all, brief);

@@ -49,7 +49,7 @@ Heading::~Heading()
 
 CLI::App& addCommand(CLI::App& parent, const std::string& name, const std::string& help)
 {
-    return *parent.add_subcommand(name, help);
+    return *parent.add_subcommand(name, help)->footer(""); // not its parent's
 }
 
 void setFooter(CLI::App& app, const std::string& text)
@@ -88,7 +88,7 @@ namespace detail {
 OptionHandle addValue(CLI::App& app, const std::string& names, const std::string& placeholder, const std::string& help,
                       std::function<void(const std::string&, const std::string&)> take, bool several)
 {
-    // the longest name is what messages say
+    // messages use the longest name
     const std::string shown = std::ranges::max(CLI::detail::split_names(names), {}, [](const std::string& name) {
         return std::pair(name[0] == '-', name.size());
     });

@@ -40,22 +40,6 @@ std::string formatBytes(uint64_t bytes)
                                     value, kUnits[unit]);
 }
 
-std::string formatCount(uint64_t count)
-{
-    std::string text = std::to_string(count);
-    for (size_t i = text.size(); i > 3; i -= 3)
-        text.insert(i - 3, 1, ',');
-    return text;
-}
-
-std::string formatCount(uint64_t count, const char* noun, const char* plural)
-{
-    return formatCount(count) + " " +
-           (count == 1          ? noun
-            : plural != nullptr ? std::string(plural)
-                                : std::string(noun) + "s");
-}
-
 std::string formatMeasured(double value)
 {
     const double size = std::abs(value);

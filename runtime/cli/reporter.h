@@ -3,6 +3,7 @@
 #pragma once
 
 #include <gsc/error.h>
+#include "format/numbers/count_text.h"
 #include "runtime/cli/json.h"
 #include "runtime/cli/stage_progress.h"
 
@@ -25,10 +26,6 @@ struct ReporterOptions {
 
 // 1536 -> "1.50 KiB", three or four significant digits.
 std::string formatBytes(uint64_t bytes);
-// 1234567 -> "1,234,567".
-std::string formatCount(uint64_t count);
-// "1 frame", "1,200 frames"; `plural` where it is not the noun with an s.
-std::string formatCount(uint64_t count, const char* noun, const char* plural = nullptr);
 // A measured value with four significant digits and at most four decimals, for columns: 0.0123, 12.35, 1,235.
 std::string formatMeasured(double value);
 // Largest resident set of this process so far, bytes.
@@ -60,7 +57,7 @@ public:
     void progressPart(const std::string& part) { m_progress.setPart(part); }
     void endProgress(bool failed);
 
-    // Every warning so far, for the report, once nobody else warns; also those that -q did not show.
+    // Every warning so far, for the report, also those that -q did not show. Call when no thread warns any more.
     [[nodiscard]] const std::vector<std::string>& warnings() const { return m_warnings; }
 
     // Throws Error(Io) if something written to stdout did not arrive (full disk, closed pipe).

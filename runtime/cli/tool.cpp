@@ -28,7 +28,7 @@ namespace gsc {
 
 namespace {
 
-// A command that could not do its work. With --format json a program still finds one object on stdout.
+// Reports that a command could not do its work. With --format json a program still finds one object on stdout.
 ErrorCode fail(Reporter& report, const Error& error, const CLI::App* command)
 {
     const Error told = withOptions(error, command);
@@ -94,7 +94,7 @@ void parse(CLI::App& root, const Invocation& invocation, const CommandState& sta
 {
     try {
         giveWords(root, state);
-    } catch (const CLI::Error& e) { // what checkWords() did not see
+    } catch (const CLI::Error& e) { // faults that checkWords() did not find
         throw Error(ErrorCode::Usage, "command line", e.what(), "what " + root.get_name() + " --help tells",
                     "correct it");
     }
@@ -104,8 +104,8 @@ void parse(CLI::App& root, const Invocation& invocation, const CommandState& sta
     throw Error(ErrorCode::Usage, path, "no command given", listCommands(*state.command), "see " + path + " --help");
 }
 
-// A standard stream that was closed at the start is held by a file on which its use fails as before: the next file to be
-// opened, an output, would take its number, and what is printed would go into that.
+// Opens a file in place of each standard stream that was closed at the start, on which use fails as before: the next
+// file to be opened, an output, would otherwise take the stream's number and receive printed text.
 void holdClosedStreams()
 {
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
@@ -117,9 +117,9 @@ void addPageCommand(CLI::App& root, Invocation& invocation, const char* name, co
                     std::string (*text)(const CLI::App&, const std::string& topic))
 {
     auto words = std::make_shared<std::vector<std::string>>();
-    CLI::App* command = root.add_subcommand(name, help);
-    addTexts(*command, "COMMAND", *words, "COMMAND", "the command, such as the words behind the program's name");
-    command->callback([&root, &invocation, words, text] {
+    CLI::App& command = addCommand(root, name, help);
+    addTexts(command, "COMMAND", *words, "COMMAND", "command as it is typed behind the program's name");
+    onParsed(command, [&root, &invocation, words, text] {
         const CLI::App* wanted = &root;
         std::string page = text(root, "");
         for (const std::string& word : *words) {
@@ -166,7 +166,7 @@ void addReporterOptions(CLI::App& command, ReporterOptions& options, bool takes_
     const Heading heading(command, "Output");
     addChoice<ReportFormat>(command, "--format", options.format,
                             {{"text", ReportFormat::Text}, {"json", ReportFormat::Json}}, "default: text",
-                            "form of the result on standard output");
+                            "format of the result on standard output");
     if (takes_long)
         addChoice<ProgressMode>(
             command, "--progress", options.progress,
@@ -175,10 +175,10 @@ void addReporterOptions(CLI::App& command, ReporterOptions& options, bool takes_
              {"plain", ProgressMode::Plain},
              {"json", ProgressMode::Json},
              {"none", ProgressMode::None}},
-            "default: auto", "form of messages and progress on standard error; auto is a bar on a terminal, else lines")
+            "default: auto", "format of messages and progress on standard error; auto: a bar on a terminal, else lines")
             .rare();
     addFlag(command, "-q,--quiet", options.quiet, "only errors on standard error");
-    OptionHandle(command.add_flag("-v,--verbose", options.verbose, "say more on standard error")).rare();
+    OptionHandle(command.add_flag("-v,--verbose", options.verbose, "print more messages on standard error")).rare();
     addFlag(command, "--no-color", options.no_color, "no colour; NO_COLOR in the environment does the same").rare();
 }
 
@@ -188,14 +188,14 @@ void addToolCommands(CLI::App& root, Invocation& invocation)
                    [](const CLI::App& command, const std::string& topic) {
                        return topic.empty() ? helpPage(command, false) : topicPage(command, topic);
                    });
-    addPageCommand(root, invocation, "man", "Show a manual page, for man -l -",
+    addPageCommand(root, invocation, "man", "Print a manual page, to pipe into man -l -",
                    [](const CLI::App& command, const std::string& topic) {
                        return topic.empty() ? manPage(command) : std::string();
                    });
     auto shell = std::make_shared<Shell>();
-    CLI::App* command = root.add_subcommand("completion", "Print a script of a shell's completion");
+    CLI::App* command = root.add_subcommand("completion", "Print the script for TAB completion in a shell");
     addChoice<Shell>(*command, "SHELL", *shell, {{"bash", Shell::Bash}, {"zsh", Shell::Zsh}, {"fish", Shell::Fish}}, "",
-                     "the shell")
+                     "shell to print it for")
         .required();
     const std::string name = root.get_name();
     command->footer("examples:\n  source <(" + name + " completion bash)\n  " + name + " completion zsh > ~/.zfunc/_" +
@@ -235,7 +235,7 @@ int runProgram(const Program& program, int argc, const char* const* argv)
 {
     holdClosedStreams();
     CLI::App root(program.description, program.name);
-    root.set_help_flag("-h,--help", "show the options that most need");
+    root.set_help_flag("-h,--help", "show the most used options");
     root.set_help_all_flag("--help-all", "show all options");
     root.require_subcommand(0, 1);
     root.set_version_flag("--version", program.version, program.version_help);

@@ -174,11 +174,11 @@ TEST_CASE("lenses that a file cannot hold are kept as centred pinholes, and told
     CHECK(warningsOf("\"k1\": 0, \"cx\": 300, \"cy\": 200,").empty());
     std::vector<std::string> told = warningsOf("\"k1\": 0.5, \"camera_model\": \"OPENCV_FISHEYE\",");
     REQUIRE(told.size() == 1);
-    CHECK(told[0].find("transforms.json: lens distortion of 1 of 1 cameras is ignored (the first says \"camera_model\" "
+    CHECK(told[0].find("transforms.json: lens distortion of 1 of 1 camera is ignored (the first says \"camera_model\" "
                        "is \"OPENCV_FISHEYE\", \"k1\" is 0.5); a .gsc stores pinholes") != std::string::npos);
     told = warningsOf("\"cx\": 310,");
     REQUIRE(told.size() == 1);
-    CHECK(told[0].find("transforms.json: cx, cy of 1 of 1 cameras") != std::string::npos);
+    CHECK(told[0].find("transforms.json: cx, cy of 1 of 1 camera ") != std::string::npos);
 
     writeFile(folder.path() / "cameras.json",
               std::string("[{\"id\": 0, \"img_name\": \"a\", \"width\": 600, \"height\": 400, \"k2\": 1, \"cx\": 1, "

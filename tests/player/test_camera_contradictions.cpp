@@ -209,7 +209,8 @@ TEST_CASE("keys of other programs: silent where they say nothing of poses and le
     CHECK(named.told.size() == 1);
     CHECK(named.tells({"f.json: has \"from_mitsuba\", \"orientation_override\", \"rolling_shutter\", \"scale\", "
                        "\"test_filenames\""}) == 1);
-    CHECK(read(transforms(kSize + "\"fl_x\": 150, \"n_frames\": 1, ")).tells({"\"n_frames\" is 1 and 2 frames"}) == 1);
+    CHECK(read(transforms(kSize + "\"fl_x\": 150, \"n_frames\": 1, "))
+              .tells({"\"n_frames\" is 1 and the file has 2 frames"}) == 1);
     for (const char* keys : {"\"distortion_params\": [0.1, 0, 0, 0, 0, 0], ", "\"equirectangular\": true, ",
                              "\"latlong\": true, ", "\"s1\": 0.1, ", "\"camera_model\": \"fisheye\", "})
         CHECK(refusal(transforms(kSize + keys + "\"fl_x\": 150, ")) == ErrorCode::Unsupported);
@@ -220,7 +221,7 @@ TEST_CASE("keys of other programs: silent where they say nothing of poses and le
     const Read upstream = read("[" + entry + "\"fx\": 150}, " + entry + "\"fx\": 150, \"FoVx\": 1}]");
     checkFocal(upstream.cameras[0], 150, 120);
     CHECK(upstream.tells({"\"FoVx\""}) == 1);
-    CHECK(upstream.tells({"1 names are of more than one camera (the first is a)"}) == 1);
+    CHECK(upstream.tells({"has 1 name of more than one camera (the first is a)"}) == 1);
 
     const std::string frame = "{\"fov_x\": 1, \"position\": [1, 2, 3], \"rotation\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]";
     const std::string head = "{\"schema\": \"gsc.trajectory/1\", \"fps\": 30, \"metre\": 1, ";

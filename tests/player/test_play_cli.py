@@ -234,7 +234,7 @@ class PlayCliTest(PlayTest):
         square, _ = draw("square.pfm", {"fl_x": 40})
         self.assertGreater(max(abs(a - b) for a, b in zip(focal, square, strict=True)), 0.01)
         _, said = draw("fov.pfm", {"fl_x": 40, "fl_y": 32}, "--fov", "60")
-        self.assertIn("--fov: pixels of 1 of 1 cameras are not square in ", said)
+        self.assertIn("--fov: pixels of 1 of 1 camera are not square in ", said)
         self.assertEqual(draw("fov2.pfm", {"fl_x": 40}, "--fov", "60")[1], "")
 
     def test_distance_of_the_eyes(self) -> None:
@@ -413,7 +413,7 @@ class PlayCliTest(PlayTest):
         self.path.write_text(json.dumps(TRAJECTORY | {"frames": frames}))
         warnings = json.loads(self.play(*base).stdout)["warnings"]
         self.assertEqual(len(warnings), 1)
-        self.assertIn(f"1 of {len(frames)} cameras name an appearance row that is not in the file", warnings[0])
+        self.assertIn(f"the appearance row of 1 of {len(frames)} cameras is not in the file", warnings[0])
 
     def test_progress_and_verbose(self) -> None:
         base = (self.model, "--cameras", self.path, "--size", "16x16")

@@ -53,7 +53,7 @@ uint32_t leversOf(const std::vector<std::string>& lists)
     return levers;
 }
 
-// A .gsc file by its first bytes; else it is a model to be converted.
+// True for a .gsc file, by its first bytes; any other path is a model to be converted.
 bool isGscFile(const std::string& path)
 {
     std::ifstream file(path, std::ios::binary);
@@ -113,7 +113,7 @@ void refuseWithoutTarget(const BakeCommand& command)
                     "no such option where files are cut or joined as they are", "pass the target or leave it out");
 }
 
-// Where files lie that only this run reads: made when the first is asked for.
+// Folder for files that only this run reads; made when the first is asked for.
 class Workplace {
 public:
     std::string file(const std::string& name)
@@ -128,7 +128,7 @@ private:
     std::optional<Temporary> m_folder;
 };
 
-// Every input as a .gsc file. `keep_all`: with what a player needs beside pictures.
+// Every input as a .gsc file. `keep_all`: also keep values that only a player needs, not pictures.
 std::vector<std::string> filesOf(const BakeCommand& command, bool keep_all, Workplace& workplace, Reporter& report)
 {
     std::vector<std::string> files;
@@ -212,7 +212,7 @@ ErrorCode drawCurve(const BakeCommand& command, BakeOptions options, Reporter& r
     const Curve curve =
         bakeCurve(options, command.curve, workplace.file("baked.gsc"), std::bind_front(&Reporter::progress, &report));
     std::vector<std::string> warnings = curve.warnings;
-    // of a folder with a slash at its end too
+    // a folder may have a slash at its end
     const std::string name = (std::filesystem::path(command.inputs[0]) / "").parent_path().stem().string();
     OutputFiles written(options.overwrite);
     written.add(options.output, OutputKind::Text, curveLines(name, options, curve));
@@ -310,57 +310,62 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
     addFlag(command, "-w,--overwrite", bake.overwrite, "replace a file that exists");
     detail::addValue(
         command, "--crop", "X0,Y0,Z0,X1,Y1,Z1",
-        "keep the anchors in this box of the world; the upper ends are not part of it",
+        "keep only the anchors in this box, in world units: lower corner, then upper corner, which is not part of it",
         [options](const std::string& name, const std::string& text) { options->crop = parseBox(name, text); });
-    addNumber(command, "--target-psnr", options->target, kTargets, " dB", "DB",
-              "least PSNR, pooled over all judged pictures, against exact pictures of the whole model; without it only "
-              "Gaussians that are never drawn are left out, and none where files are cut or joined");
+    addNumber(
+        command, "--target-psnr", options->target, kTargets, " dB", "DB",
+        "least PSNR over all test pictures together, against exact pictures of the whole model; lower makes a smaller "
+        "file. Without it only Gaussians that are never drawn are left out, and none where files are cut or joined");
     addNumber(command, "--min-view-psnr", options->min_view, {5, 100}, " dB", "DB (default: 4 below the target)",
-              "least PSNR of the worst judged picture");
+              "least PSNR of the worst test picture");
     detail::addValue(
         command, "--curve", "DB,DB,...",
-        "measure bytes, memory, time and pictures at each of these targets instead: --output is then a file of JSON "
-        "lines, which `gsc chart` draws",
+        "instead of one file, measure bytes, memory, time and picture quality at each of these targets: --output is "
+        "then a .jsonl file, which `gsc chart` draws",
         [options](const std::string& name, const std::string& text) { options->curve = parseTargets(name, text); });
     addByteSize(command, "--max-bytes", bake.max_bytes, 1, "SIZE",
-                "most bytes that `gsc archive` may make of the file, such as 4M");
-    const OptionHandle cameras = addTexts(command, "--cameras", bake.cameras, "FILE.json",
-                                          "camera files to look from instead of the cameras stored in the file");
+                "largest size of the file when `gsc archive` has packed it, such as 4M");
+    const OptionHandle cameras =
+        addTexts(command, "--cameras", bake.cameras, "FILE.json",
+                 "camera files to draw test pictures from, instead of the cameras stored in the file");
     addFlag(command, "--ignore-distortion", bake.ignore_distortion,
-            "take cameras that state lens distortion as pinholes instead of refusing them")
+            "take cameras with lens distortion as if they had none, instead of refusing them")
         .rare()
         .needs(cameras);
-    addChoice<CamerasTransform>(
-        command, "--cameras-transform", bake.cameras_transform,
-        {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}}, "default: keep, with a warning",
-        "poses of a transforms.json with applied_transform: as they stand, or where they came from")
+    addChoice<CamerasTransform>(command, "--cameras-transform", bake.cameras_transform,
+                                {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}},
+                                "default: keep, with a warning",
+                                "coordinates of a transforms.json with applied_transform: keep: as they stand; undo: "
+                                "as they were before it was applied")
         .rare()
         .needs(cameras);
     addInteger(command, "--most-pixels", bake.limits.most_pixels, 1000, 100'000'000, "N (default: 1000000)",
-               "most pixels of a picture that is drawn to judge; larger cameras are drawn smaller")
+               "most pixels of a test picture; larger cameras are drawn smaller")
         .rare();
     addTexts(command, "--levers", options->levers, "LEVER,...",
-             "changes that are allowed: slots, anchors, features, offsets, scales, networks, order (default: all)")
+             "changes to allow: leave out slots (single Gaussians) or anchors; round features, offsets, scales or "
+             "networks; change the order of anchors (default: all)")
         .rare();
     addFlag(command, "--compact", options->compact,
-            "round features and offsets to steps that take 0.56 of the GPU memory, for models of 32 features; keeps "
-            "about 60 dB");
+            "round features and offsets so that the model takes 0.56 of the GPU memory, at a PSNR of about 60 dB; for "
+            "models of 32 features");
     addChoice<std::string>(command, "--backend", bake.device.backend,
                            {{"auto", "auto"}, {"cpu", "cpu"}, {"cuda", "cuda"}}, "default: auto",
-                           "backend that draws the pictures to judge by; auto takes a GPU where there is one");
+                           "device that draws the test pictures; auto: a GPU if there is one");
     addInteger(command, "--device", bake.device.ordinal, 0, 255, "N (default: 0)",
-               "number of the backend's device, as in the list of gsc-play backends");
+               "number of the GPU, as in the list of gsc-play backends");
     addText(command, "--resume", bake.resume, "FILE",
-            "file that keeps measurements, so that a bake that was stopped goes on; it is removed once the output is "
-            "written");
+            "file to keep measurements in, so that a bake that was stopped can continue; it is removed once the output "
+            "is written");
     addInteger(command, "-j,--threads", bake.threads, 0, 1024, "N (default: 0)",
-               "threads, 0 = all cores; the bytes do not depend on them, but may depend on the backend");
+               "threads, 0 = all cores; the file does not depend on them, but may depend on the backend");
     addCheckpointOptions(command, options->checkpoint);
     addReporterOptions(command, invocation.reporter, true);
-    setFooter(command, "Half of the cameras say what slots and anchors are worth, a quarter of them how\n"
-                       "coarse values may be, and a quarter, never looked from before, give the verdict;\n"
-                       "poses between neighbours join each of them. Exits with 8 where the target cannot\n"
-                       "be kept, and writes nothing. `gsc archive` then packs the file.\n"
+    setFooter(command, "Half of the cameras measure what each Gaussian and anchor adds to pictures; a\n"
+                       "quarter, the search, how far values can be rounded; the last quarter, the\n"
+                       "verdict, the quality of the result. Poses between cameras are added to each.\n"
+                       "Exits with 8 and writes nothing if the target cannot be reached. Pack the file\n"
+                       "with `gsc archive` then: only that makes it small.\n"
                        "\n"
                        "examples:\n"
                        "  gsc bake city.gsc -o city50.gsc --target-psnr 50\n"

@@ -118,33 +118,35 @@ void addRenderOptions(CLI::App& command, CompareOptions& options)
     RenderOptions& rendering = options.rendering;
     const auto add = [&](OptionHandle option) { option.needs(render); };
     add(addText(command, "--golden", rendering.golden, "DIR",
-                "the trainer's own pictures: NAME.png and cameras.json (default: golden or test/ours_N/renders of the "
-                "model folder, where they are)")
+                "folder of the trainer's own pictures, NAME.png, and their cameras.json (default: golden or "
+                "test/ours_N/renders of the model folder, if it is there)")
             .rare());
     const OptionHandle cameras = addText(command, "--cameras", rendering.cameras, "FILE.json|stored (default: stored)",
-                                         "camera file, or those stored in FILE");
+                                         "cameras to draw: those stored in FILE, or of a camera file");
     add(cameras);
     add(addFlag(command, "--ignore-distortion", rendering.ignore_distortion,
-                "draw cameras that state lens distortion as pinholes instead of refusing them")
+                "draw cameras with lens distortion as if they had none, instead of refusing them")
             .rare());
-    add(addChoice<CamerasTransform>(
-            command, "--cameras-transform", rendering.cameras_transform,
-            {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}}, "default: keep, with a warning",
-            "poses of a transforms.json with applied_transform: as they stand, or where they came from")
+    add(addChoice<CamerasTransform>(command, "--cameras-transform", rendering.cameras_transform,
+                                    {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}},
+                                    "default: keep, with a warning",
+                                    "coordinates of a transforms.json with applied_transform: keep: as they stand; "
+                                    "undo: as they were before it was applied")
             .rare()
             .needs(cameras));
     add(addCount(command, "--views", rendering.views, 0, kMaxViews, "N (default: 3)",
-                 "cameras drawn against the reference, evenly spaced; 0 = all")
+                 "number of cameras to draw by FILE and by the reference, evenly spaced; 0 = all")
             .rare());
     add(addNumber(command, "--min-psnr", rendering.min_psnr, {0, 1000}, " dB", "DB (default: 75)",
-                  "least PSNR of a view; a lower one is a difference"));
+                  "least PSNR of a picture; a lower one counts as a difference"));
     for (OptionHandle option : addLpipsOptions(command, rendering.lpips))
         add(option);
     add(addChoice<Tier>(command, "--tier", rendering.tier, {{"exact", Tier::Exact}, {"fast", Tier::Fast}},
-                        "default: exact", "how FILE is rendered; the CPU renders fast as exact"));
+                        "default: exact", "exactness of FILE's pictures; on a CPU fast is exact"));
     add(addChoice<ReferencePrecision>(command, "--reference", rendering.reference,
                                       {{"float", ReferencePrecision::Float}, {"double", ReferencePrecision::Double}},
-                                      "default: float", "arithmetic of the reference: float rounds as the trainer does")
+                                      "default: float",
+                                      "number type of the reference renderer: float rounds as the trainer does")
             .rare());
     add(addInteger(command, "-j,--threads", rendering.threads, 0, 4096, "N (default: 0)", "threads, 0 = all cores"));
 }

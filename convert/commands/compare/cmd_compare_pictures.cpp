@@ -50,10 +50,10 @@ ErrorCode runComparePictures(const ComparePicturesOptions& options, Reporter& re
 std::array<OptionHandle, 2> addLpipsOptions(CLI::App& command, LpipsFiles& files)
 {
     const OptionHandle backbone = addText(command, "--lpips-backbone", files.backbone, "FILE.pth",
-                                          "VGG16 of torchvision, for LPIPS: vgg16-397923af.pth")
+                                          "weights of VGG16 for LPIPS: torchvision's vgg16-397923af.pth")
                                       .rare();
     const OptionHandle heads = addText(command, "--lpips-heads", files.heads, "FILE.pth",
-                                       "heads of LPIPS v0.1 for VGG: vgg.pth of PerceptualSimilarity")
+                                       "weights of LPIPS v0.1 for VGG16: vgg.pth of PerceptualSimilarity")
                                    .rare();
     backbone.needs(heads);
     heads.needs(backbone);
@@ -64,14 +64,16 @@ void addComparePicturesCommand(CLI::App& app, Invocation& invocation)
 {
     auto options = std::make_shared<ComparePicturesOptions>();
     CLI::App& command = addCommand(app, "compare-pictures", "Score pictures against others: PSNR, SSIM, FLIP, LPIPS");
-    addText(command, "REFERENCE", options->reference, "DIR|FILE", "pictures that are right, or one").required();
+    addText(command, "REFERENCE", options->reference, "DIR|FILE", "picture, or folder of pictures, to compare with")
+        .required();
     addText(command, "PICTURES", options->pictures, "DIR|FILE",
-            "pictures to score, or one; in a folder those whose names REFERENCE has")
+            "picture, or folder of pictures, to score; of a folder those with names that REFERENCE has")
         .required();
     addNumber(command, "--min-psnr", options->min_psnr, {0, 1000}, " dB", "DB (default: 0)",
-              "least PSNR of a picture; a lower one is a difference; 0 = no bound");
+              "least PSNR of a picture; a lower one counts as a difference; 0 = no bound");
     addLpipsOptions(command, options->lpips);
-    addInteger(command, "-j,--threads", options->threads, 0, 4096, "N (default: 0)", "threads of LPIPS, 0 = all cores");
+    addInteger(command, "-j,--threads", options->threads, 0, 4096, "N (default: 0)",
+               "threads for LPIPS, 0 = all cores");
     addReporterOptions(command, invocation.reporter, true);
     setFooter(command, "Extensions may differ: an EXR is compared with a PNG of the same name. Exits\n"
                        "with 8 if a picture is below --min-psnr.\n"

@@ -37,7 +37,7 @@ const FormName& nameOf(ExportForm form)
 struct ExportOptions {
     ExportForm to = ExportForm::Page; // none given
     std::string page;                 // the output of that
-    GaussianExportOptions gaussians;  // with what all forms need
+    GaussianExportOptions gaussians;  // options that all forms share
     int degree = -1;                  // none given
     uint64_t most = 0;
     int spz_version = 0; // none given
@@ -223,45 +223,47 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
     const OptionHandle output =
         addText(command, "-o,--output", gaussians.output, "FILE", "file to write; with --lod a folder");
     addText(command, "--html", options->page, "FILE.html",
-            "page to write instead, which shows the Gaussians in any browser, without a network")
+            "web page to write instead, which shows the Gaussians in any browser, offline")
         .excludes(to)
         .excludes(output);
     addFlag(command, "-w,--overwrite", gaussians.overwrite, "replace a file that exists");
     {
         const Heading heading(command, "Gaussians");
         addInteger(command, "--sh", options->degree, 0, kMostShDegree, "0..3 (default: 3)",
-                   "degree of the spherical harmonics that colours are fitted with");
+                   "degree of the spherical harmonics that colours are fitted with; higher follows the view better in "
+                   "more bytes");
         addText(command, "--at", gaussians.at, "CAMERA",
                 "name or number of a camera: export the Gaussians as that camera sees them, with colours of degree 0")
             .rare();
-        const OptionHandle cameras =
-            addText(command, "--cameras", gaussians.cameras, "FILE.json|stored (default: stored)",
-                    "cameras to fit over, every other one, at most 96; at most 12 of the rest tell what was lost");
+        const OptionHandle cameras = addText(
+            command, "--cameras", gaussians.cameras, "FILE.json|stored (default: stored)",
+            "cameras to fit colours to: every other one, at most 96; at most 12 of the rest measure what was lost");
         addFlag(command, "--ignore-distortion", gaussians.ignore_distortion,
-                "take cameras that state lens distortion as pinholes instead of refusing them")
+                "take cameras with lens distortion as if they had none, instead of refusing them")
             .rare();
-        addChoice<CamerasTransform>(
-            command, "--cameras-transform", gaussians.cameras_transform,
-            {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}}, "default: keep, with a warning",
-            "poses of a transforms.json with applied_transform: as they stand, or where they came from")
+        addChoice<CamerasTransform>(command, "--cameras-transform", gaussians.cameras_transform,
+                                    {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}},
+                                    "default: keep, with a warning",
+                                    "coordinates of a transforms.json with applied_transform: keep: as they stand; "
+                                    "undo: as they were before it was applied")
             .rare()
             .needs(cameras);
         addCount(command, "--max-gaussians", options->most, 1, UINT32_MAX, "N",
-                 "keep the N Gaussians that may cover most of the cameras' pictures");
+                 "keep only the N Gaussians that may cover most of the cameras' pictures");
         addFlag(command, "--lod", gaussians.lod,
-                "write a folder of levels of detail in chunks, which a viewer streams (with --to sog)");
+                "with --to sog, write a folder of levels of detail in chunks, which a viewer loads as it needs them");
         addInteger(command, "--spz-version", options->spz_version, 3, 4, "3|4 (default: 3)",
-                   "version of an SPZ file: Spark 2.2 reads 3, PlayCanvas 2.23 reads 4")
+                   "version of the SPZ file: Spark 2.2 reads 3, PlayCanvas 2.23 reads 4")
             .rare();
         addByteSize(command, "--memory-budget", gaussians.memory_budget, 1, "SIZE (default: half of memory)",
-                    "most memory for Gaussians; only a PLY may hold more, and its loss is then not measured");
+                    "most memory for Gaussians; only a PLY may have more, and its loss is then not measured");
         addInteger(command, "-j,--threads", gaussians.threads, 0, 4096, "N (default: 0)", "threads, 0 = all cores");
     }
     addReporterOptions(command, invocation.reporter, true);
-    setFooter(command, "Other viewers have no networks: what depends on the view becomes spherical\n"
-                       "harmonics, and the report says what that lost against `exact`, on cameras that\n"
-                       "the fit did not use. A grid is a mask: its voxels are the cells that hold\n"
-                       "anchors, in the model's world space.\n"
+    setFooter(command, "Other viewers do not evaluate networks: colours that depend on the view become\n"
+                       "spherical harmonics. The report says how much PSNR that costs against tier\n"
+                       "exact, on cameras that the fit did not use. A grid is a mask: its voxels are the\n"
+                       "cells that hold anchors, in the model's world space.\n"
                        "\n"
                        "examples:\n"
                        "  gsc export room.gsc --to ply -o room.ply\n"

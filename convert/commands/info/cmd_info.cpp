@@ -199,7 +199,7 @@ ErrorCode runInfo(const InfoOptions& options, Reporter& report)
         openGsc(file.bytes(), view, GscCheck::Index, sink);
     else
         openGscSummary(file.bytes(), view, sink);
-    ParsedRow parsed = parseRow(view.manifest); // with limits: a manifest may be anybody's
+    ParsedRow parsed = parseRow(view.manifest); // with limits: anybody may have written the manifest
     if (parsed.state != ParsedRow::State::Whole)
         throw Error(ErrorCode::InvalidFile, path, "META " + parsed.fault, "the manifest",
                     "gsc validate lists everything wrong with it");
@@ -224,7 +224,7 @@ void addInfoCommand(CLI::App& app, Invocation& invocation)
     addText(command, "FILE", options->file, "FILE.gsc", "file to look at").required();
     detail::addValue(
         command, "--at", "X,Y,Z",
-        "point of the world to look at: its voxel, leaf, chunk, groups and the nearest anchor of each level",
+        "tell what lies at a point, in world units: voxel, leaf, chunk, groups and nearest anchor of each level",
         [options](const std::string& name, const std::string& text) { options->at = parsePoint(name, text); });
     addReporterOptions(command, invocation.reporter, false);
     setFooter(command, "examples:\n"

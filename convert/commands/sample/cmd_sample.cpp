@@ -80,13 +80,15 @@ void addSceneCommand(CLI::App& parent, Invocation& invocation, const char* name,
     CLI::App& command = addCommand(parent, name, help);
     addText(command, "-o,--output", options->output, "DIR", "model folder to create").required();
     addFlag(command, "-w,--overwrite", options->overwrite, "replace a model that exists");
-    addCount(command, "--anchors", options->anchors, 1, kMaxAnchors, "N (default: 100k)", "anchors, such as 20M");
+    addCount(command, "--anchors", options->anchors, 1, kMaxAnchors, "N (default: 100k)",
+             "number of anchors, such as 20M");
     addChoice<SampleModel>(command, "--model", options->model,
                            {{"scaffold", SampleModel::Scaffold}, {"octree", SampleModel::Octree}}, "default: scaffold",
                            "trainer whose layout is written");
-    addInteger(command, "--seed", options->seed, 0, kMaxSeed, "N (default: 1)", "same seed, same bytes");
+    addInteger(command, "--seed", options->seed, 0, kMaxSeed, "N (default: 1)",
+               "seed of the random numbers; the same seed makes the same bytes");
     addFlag(command, "--everything-on", options->everything_on,
-            "feature bank, appearance, distances and level: every input upstream knows")
+            "give the networks every input that the trainers know: feature bank, appearance, distance, level")
         .rare();
     addReporterOptions(command, invocation.reporter, true);
     setFooter(command, formatString("example:\n  gsc sample %s --anchors 300k --model octree -o %s", name, name));
@@ -99,11 +101,13 @@ void addReplicateCommand(CLI::App& parent, Invocation& invocation)
 {
     auto options = std::make_shared<ReplicateOptions>();
     CLI::App& command = addCommand(parent, "replicate", "Tile a real aerial model into a city, with camera paths");
-    addText(command, "CHECKPOINT", options->input, "MODEL|FILE.ply", "the model to tile").required();
+    addText(command, "CHECKPOINT", options->input, "MODEL|FILE.ply", "model to tile").required();
     addText(command, "-o,--output", options->output, "DIR", "model folder to create").required();
     addFlag(command, "-w,--overwrite", options->overwrite, "replace a model that exists");
-    addCount(command, "--anchors", options->anchors, 2, kMaxAnchors, "N (default: 1.3M)", "anchors, such as 18.5M");
-    addInteger(command, "--seed", options->seed, 0, kMaxSeed, "N (default: 1)", "same seed, same bytes");
+    addCount(command, "--anchors", options->anchors, 2, kMaxAnchors, "N (default: 1.3M)",
+             "number of anchors, such as 18.5M");
+    addInteger(command, "--seed", options->seed, 0, kMaxSeed, "N (default: 1)",
+               "seed of the random numbers; the same seed makes the same bytes");
     addReporterOptions(command, invocation.reporter, true);
     setFooter(command, "example:\n  gsc sample replicate output/village --anchors 18.5M -o big");
     onParsed(command, invocation, options, runReplicate);

@@ -81,16 +81,17 @@ void addSamplePathsCommand(CLI::App& sample, Invocation& invocation)
     auto options = std::make_shared<PathsOptions>();
     auto raw = std::make_shared<RawPaths>();
     CLI::App& command = addCommand(sample, "paths", "Make camera paths for a .gsc file, at the pace of a viewer");
-    addText(command, "FILE", options->input, "FILE.gsc", "the model").required();
-    addText(command, "-o,--output", options->output, "DIR", "folder for the NAME.json").required();
+    addText(command, "FILE", options->input, "FILE.gsc", "model to make paths for").required();
+    addText(command, "-o,--output", options->output, "DIR", "folder to write a NAME.json for each path to").required();
     addFlag(command, "-w,--overwrite", options->overwrite, "replace paths that exist");
-    addImageSize(command, "--size", options->width, options->height, "WxH (default: 2048x2048)", "pixels of a picture");
+    addImageSize(command, "--size", options->width, options->height, "WxH (default: 2048x2048)",
+                 "width and height of a picture in pixels");
     addNumber(command, "--fov", raw->fov, {1, 170}, " degrees", "DEGREES (default: 90)", "horizontal angle of view");
     addNumber(command, "--fps", options->fps, {1, 1000}, "", "N (default: 72; flight, stroll, look_around: 90)",
               "frames per second");
     detail::addValue(command, "--ipd", "LENGTH (default: 64mm)",
-                     "distance of the eyes: metres such as 64mm, or world units, which then are 64mm and say how large "
-                     "the model's metre is; paces follow from the metre",
+                     "distance between the eyes: in metres, such as 64mm, or in world units, which then count as 64mm: "
+                     "so they set the length of the model's metre, and with it the speed of the paths",
                      [options](const std::string& name, const std::string& text) {
                          options->ipd = parseLength(text, name.c_str());
                      });
