@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gsc/checksum.h>
 
-// note: the whole of xxHash is compiled in here, so that nobody who links gsc_format needs its library or header
+// note: the whole of xxHash is compiled in here, so that users of gsc_format need neither its library nor its header
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 

@@ -50,7 +50,7 @@ struct GscWriter::State {
     uint64_t anchors_offset = 0;
     uint64_t anchors_bytes = 0;
     bool has_anchors = false;
-    uint64_t cursor = kSectionAlign; // where the next section starts
+    uint64_t cursor = kSectionAlign; // offset of the next section
     std::vector<SectionEntry> entries;
 
     void append(uint32_t type, uint64_t bytes, uint64_t count, uint32_t flags, uint64_t checksum)
@@ -106,7 +106,7 @@ void GscWriter::readAnchors(uint64_t offset, std::span<std::byte> bytes) const
             continue;
         if (done < 0)
             failOutput(s.path, "cannot be read back", errno);
-        if (done == 0) // a filesystem without fallocate: what was never written reads as zero
+        if (done == 0) // a filesystem without fallocate: unwritten bytes read as zero
             break;
         offset += uint64_t(done);
         bytes = bytes.subspan(size_t(done));
@@ -172,7 +172,7 @@ uint64_t GscWriter::finish(const FileHeader& header, uint64_t anchors_checksum)
     out.header_checksum = checksum64(front);
     std::memcpy(front.data(), &out, sizeof(out));
 
-    // what lies between the sections was never written and reads as zero
+    // gaps between the sections were never written and read as zero
     if (::ftruncate(s.file.descriptor(), off_t(s.cursor)) != 0)
         failOutput(s.path, "cannot set its size", errno);
     s.file.writeAt(0, front);

@@ -17,7 +17,8 @@ static_assert(std::atomic<bool>::is_always_lock_free); // the only kind a signal
 
 constexpr int kRequests[] = {SIGINT, SIGTERM, SIGHUP};
 
-// Was the process started with the signal ignored (by nohup, or a shell's `command &`)? Then it goes on at the signal.
+// True if the process was started with the signal ignored (by nohup, or a shell's `command &`): it then ignores the
+// signal.
 bool ignored(int number)
 {
     struct sigaction now {};

@@ -94,7 +94,7 @@ private:
     ModelView m_view{};
     std::string m_manifest;
     std::vector<ChunkArrays> m_arrays; // chunk order
-    std::optional<LocalModel> m_local; // what m_view shows of a far model
+    std::optional<LocalModel> m_local; // local copy of a model far from the origin, which m_view shows
     std::vector<SourceCamera> m_cameras;
 };
 

@@ -36,8 +36,8 @@ namespace gsc {
 namespace {
 
 constexpr size_t kFewestCameras = 4;
-// Where the verdict is short, the search aims higher by a share of that, and no more often than this: few cameras are no
-// good sample of each other.
+// If the verdict misses the target, the search aims higher by a share of the gap, at most this often: few cameras are
+// no good sample of each other.
 constexpr int kMostAgain = 4;
 constexpr double kAgainShare = 0.6, kAgainMargin = 0.1; // dB
 
@@ -52,7 +52,7 @@ public:
         : m_options(options), m_progress(progress), m_workers(options.threads), m_source(options)
     {
         const auto start = Clock::now();
-        if (m_source.view.params->flags & kModelCompact) // and it stays so
+        if (m_source.view.params->flags & kModelCompact) // the flag stays
             m_options.levers |= kLeverCompact;
         const ModelParams& params = *m_source.view.params;
         if ((m_options.levers & kLeverCompact) &&
@@ -124,10 +124,11 @@ public:
         return std::move(m_report);
     }
 
-    // A file, one of those or the model's, as it is drawn from the poses of the verdict.
+    // Score of a file, baked or the model's own, from the poses of the verdict.
     [[nodiscard]] FileScore measure(const std::string& path) { return m_meter->measure(path); }
 
-    [[nodiscard]] const BakeReport& prepared() const { return m_prepared; } // as far as no target has a part in it
+    // the part of the report that no target changes
+    [[nodiscard]] const BakeReport& prepared() const { return m_prepared; }
 
 private:
     using Clock = std::chrono::steady_clock;
@@ -139,7 +140,8 @@ private:
         const auto start = Clock::now();
         work();
 #if defined(__GLIBC__)
-        (void)malloc_trim(0); // what threads have freed is kept for threads to come, which mostly have other needs
+        // glibc keeps freed memory for the same thread, but the next stage has other threads and other sizes
+        (void)malloc_trim(0);
 #endif
         m_report.stages.push_back({name, std::chrono::duration<double>(Clock::now() - start).count()});
     }
@@ -152,7 +154,7 @@ private:
         return numbers;
     }
 
-    // Opens what draws, with the whole model loaded; keeps that of the bake before, if it drew with the same.
+    // Opens the renderer, with the whole model loaded. Continues on the device of the stopped bake, if it was the same.
     void openDevice(std::span<const double> curve)
     {
         std::vector<std::string> passed_over;
@@ -181,7 +183,7 @@ private:
                 std::back_inserter(cameras));
         if (m_options.cameras.empty())
             cameras = sceneCameras(*m_source.scene, "stored", {});
-        leaveOutRepeats(cameras); // or the verdict would look from where the weights did
+        leaveOutRepeats(cameras); // or verdict and weights would share poses
         if (cameras.size() < kFewestCameras)
             throw Error(ErrorCode::Usage, m_options.name, formatString("%zu different cameras", cameras.size()),
                         formatString("%zu or more to find weights, steps and a verdict from", kFewestCameras),
@@ -223,7 +225,7 @@ private:
         m_report.verdict = m_meter->score(*m_model, m_report.plan, m_poses.search.size(), m_poses.verdict.size());
     }
 
-    // dB that the verdict is short of what was asked for.
+    // dB by which the verdict misses target or bound.
     [[nodiscard]] double lack() const
     {
         return m_target ? std::max(m_report.target - m_report.verdict.psnr,
@@ -271,7 +273,7 @@ private:
                                          reducedFacts(m_source.view.manifest, reductionText(m_report, m_target)),
                                          {}});
         write.verify = [&](const std::string& path) {
-            if (last) // all of `source` has been read
+            if (last) // no target follows, and all of `source` has been read: the model may go
                 m_model.reset();
             measureFile(path);
         };
@@ -304,9 +306,9 @@ private:
     std::vector<std::byte> m_weights, m_packed; // networks in halves
     std::optional<ReducedModel> m_model;
     std::optional<BakeMeter> m_meter; // goes before what its renderer has loaded
-    std::vector<uint32_t> m_order;    // of the anchors in a file that is written
-    BakeReport m_prepared;            // as far as no target has a part in it
-    // of the bake that is under way
+    std::vector<uint32_t> m_order;    // order of the anchors in a file that is written
+    BakeReport m_prepared;            // the part of the report that no target changes
+    // state of the bake that is under way
     std::string m_output;
     std::optional<double> m_target;
     double m_margin = kSearchMargin;
@@ -328,7 +330,7 @@ Curve bakeCurve(const BakeOptions& options, const std::vector<double>& targets, 
 {
     const auto start = std::chrono::steady_clock::now();
     BakeOptions same = options;
-    same.target_psnr = targets.front(); // that there is one is all that counts here
+    same.target_psnr = targets.front(); // only tells that there is a target; each bake sets its own
     same.overwrite = true;
     Baker baker(same, progress, targets);
     Curve curve;
@@ -348,7 +350,7 @@ Curve bakeCurve(const BakeOptions& options, const std::vector<double>& targets, 
             curve.warnings.push_back(error.what());
         }
     }
-    std::error_code ignored; // its folder is removed too
+    std::error_code ignored; // harmless: the folder is removed too
     std::filesystem::remove(scratch, ignored);
     curve.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return curve;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All that the measurements of a bake depend on, as lines that a person reads and two bakes compare.
+// Everything that a bake's measurements depend on, as readable lines: equal lines, equal measurements.
 #pragma once
 
 #include "convert/bake/bake.h"
@@ -13,8 +13,9 @@
 
 namespace gsc {
 
-// Lines "name: value", none with a line end. `targets`: of a curve, or empty. Precondition: `view` came from openGsc() with
-// GscCheck::Full, so that its header stands for all of its bytes. Threads are left out: no measurement depends on them.
+// Lines "name: value", without line ends. `targets`: those of a curve, or empty. Precondition: `view` came from openGsc()
+// with GscCheck::Full, so that its header's checksums are those of its bytes. No measurement depends on threads, so they are
+// left out.
 [[nodiscard]] std::vector<std::string> bakeFacts(const BakeOptions& options, std::span<const double> targets,
                                                  const GscView& view, const PoseSets& poses, const Renderer& renderer);
 

@@ -69,7 +69,7 @@ void BakeMeter::drawWhole()
     m_probe.addPoses(m_poses.verdict);
     const size_t count = m_poses.search.size() + m_poses.verdict.size();
     if (m_before && m_before->hasScores())
-        keep(int64_t(count)); // until a score is asked for that is not known
+        keep(int64_t(count)); // drawn later, when a score is asked for that the file does not have
     else
         m_probe.drawWhole(0, count);
 }
@@ -121,7 +121,7 @@ void BakeMeter::keep(int64_t pictures)
     showProgress();
 }
 
-// Moves those of the poses whose picture of the whole model was put off from kept to drawn: it is drawn now.
+// Moves the poses whose picture of the whole model was postponed from kept to drawn: it is drawn now.
 void BakeMeter::drawAgain(size_t first, size_t count)
 {
     m_kept -= int64_t(m_probe.undrawn(first, count));

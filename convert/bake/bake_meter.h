@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All that a bake measures of a model, most of it by drawing: what a bake before has left in a file is not measured again.
+// All measurements of a bake, most of them by drawing. Measurements in the file of a stopped bake are not made again.
 #pragma once
 
 #include "convert/bake/bake.h"
@@ -26,7 +26,8 @@ struct SourceModel {
     SourceModel(const SourceModel&) = delete;
     SourceModel& operator=(const SourceModel&) = delete;
 
-    void letGo() const { file->letGo(file->bytes()); } // what is read of it from here on is read again
+    // frees the pages in memory: later reads fetch them from the file again
+    void letGo() const { file->letGo(file->bytes()); }
     [[nodiscard]] ChunkRead whenRead() const;
 
     std::shared_ptr<const GscFile> file;
@@ -36,32 +37,31 @@ struct SourceModel {
 
 class BakeMeter {
 public:
-    // `renderer` has loaded the model. `before`: the file that measurements are kept in, if any. Arguments passed by
-    // reference must outlive this. Every function that measures throws as BakeState and as the renderer, and
-    // Error(Interrupted).
+    // `renderer` has loaded the model. `before`: file that keeps measurements, if any. Arguments passed by reference must
+    // outlive this. Every function that measures throws as BakeState and as the renderer, and Error(Interrupted).
     BakeMeter(const SourceModel& model, const PoseSets& poses, std::unique_ptr<Renderer> renderer,
               std::optional<BakeState> before, int threads, const BakeProgress& progress);
     BakeMeter(const BakeMeter&) = delete;
     BakeMeter& operator=(const BakeMeter&) = delete;
 
-    // More pictures will be drawn, for a bar that knows the whole.
+    // Announces pictures that will be drawn, for the total of the progress.
     void expect(size_t pictures) { m_pictures += pictures; }
 
-    [[nodiscard]] BakeSizes sizes() const; // of the model's file
-    // `sizes`: those, to be kept beside.
+    [[nodiscard]] BakeSizes sizes() const; // sizes of the model's file
+    // Measures importance. `sizes`: result of sizes(), kept in the same file.
     [[nodiscard]] Importance weigh(const BakeSizes& sizes);
     // Draws the whole model from the poses of search and verdict, after weigh(): scores compare with these pictures.
-    // Put off where a bake before has left scores.
+    // Postponed while the file still has scores.
     void drawWhole();
     // Score of `model`, baked as `plan` says, from the poses [first, first + count): poses of the search come first,
-    // then those of the verdict. `model` is changed only where there is something to draw.
+    // then those of the verdict. Changes `model` only if the score has to be drawn.
     [[nodiscard]] SetScore score(ReducedModel& model, const BakePlan& plan, size_t first, size_t count);
     // Score of a file from the poses of the verdict.
     [[nodiscard]] FileScore measure(const std::string& path);
 
-    [[nodiscard]] uint64_t weightPixels() const; // of the poses of the weights
+    [[nodiscard]] uint64_t weightPixels() const; // pixels of all poses for weights
     [[nodiscard]] uint64_t drawn() const { return m_drawn; }
-    [[nodiscard]] uint64_t kept() const { return uint64_t(m_kept); } // that a bake before had drawn
+    [[nodiscard]] uint64_t kept() const { return uint64_t(m_kept); } // pictures taken from the state file, not drawn
 
 private:
     void tell();

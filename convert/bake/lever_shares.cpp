@@ -11,14 +11,14 @@ std::vector<int64_t> leverShares(const BakeReport& report)
     std::vector<int64_t> shares(kLevers, 0);
     const StoredBytes &before = report.before.archive, &after = report.after.archive;
     const double stay = 1 - double(report.anchors_left_out) / double(report.anchors);
-    // what is left out takes its part of every array with it, at what that took of the source
+    // an anchor that is left out saves its share of every array, at the source's bytes per value
     const double offsets = stay * double(before.offsets);
     const double kept_slots = stay * double(report.slots);
     const double masked = kept_slots > 0 ? offsets * double(report.slots_masked) / kept_slots : 0;
     const auto set = [&](Lever lever, double bytes) {
         shares[size_t(std::countr_zero(uint32_t(lever)))] += int64_t(std::llround(bytes));
     };
-    // steps are those of the lever that makes them coarser still, where there is one
+    // saved steps count for the lever that makes them coarser still, if there is one
     const auto steps = [&](Lever lever) {
         return (report.levers & kLeverCompact) && !(report.levers & lever) ? kLeverCompact : lever;
     };

@@ -11,7 +11,7 @@ namespace {
 constexpr double kTolerance = 0.12; // dB around the margin
 constexpr uint32_t kMostProbes = 9;
 constexpr size_t kCalibrationPoses = 3;
-constexpr uint32_t kCalibrations = 5; // features, offsets, scales, networks, what is left out
+constexpr uint32_t kCalibrations = 5; // features, offsets, scales, networks, left out slots and anchors
 
 class Search {
 public:
@@ -38,7 +38,7 @@ public:
     }
 
 private:
-    // dB above what is asked for.
+    // Smallest of the dB above target and bound.
     double margin(const SetScore& score) const
     {
         return std::min(score.psnr - m_task.target, score.worstPose().psnr - m_task.min_view);
@@ -53,13 +53,13 @@ private:
         return score.mse * 3 * double(m_task.weight_pixels);
     }
 
-    // Costs of errors such that each kind of value costs what it should at the first guess, each alone.
+    // Finds costs with which each kind of value, rounded alone at the first guess, causes its share of the error.
     void calibrate()
     {
         const ModelParams& p = m_task.params;
         const double anchors = double(m_task.anchors), error = m_result.plan.error;
         ErrorCosts& costs = m_result.plan.costs;
-        // beside what is left out: coarse features would wake slots that are masked in the end
+        // masks stay set: coarse features would wake slots that are masked in the end
         const uint32_t always = m_task.levers & (kLeverSlots | kLeverAnchors | kLeverCompact);
         const double base = always != 0 ? errorOf(always) : 0;
         const auto adjust = [&](uint32_t lever, double values, auto&&... cost) {
@@ -74,7 +74,7 @@ private:
         adjust(kLeverScales, anchors * 6, costs.size);
     }
 
-    // Halves cost nothing where pictures lose less than a tenth of what they may.
+    // Rounds networks to halves if that costs less than a tenth of the allowed error.
     void judgeNetworks(double mse)
     {
         if (errorOf(kLeverNetworks) > 0.1 * mse * 3 * double(m_task.weight_pixels))
@@ -139,7 +139,7 @@ SearchResult searchSteps(const SearchTask& task)
 
 size_t searchPictures(size_t poses)
 {
-    return kCalibrations * std::min(kCalibrationPoses, poses) + 4 * poses; // it takes four probes or so
+    return kCalibrations * std::min(kCalibrationPoses, poses) + 4 * poses; // a search takes about four probes
 }
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How coarse a model may be: one knob, the error that a value may cost, turned until pictures keep a target.
+// Search for the coarsest values that keep a target: varies one number, the error that rounding a value may cost.
 #pragma once
 
 #include "convert/bake/model/reduced_model.h"
@@ -11,10 +11,10 @@
 
 namespace gsc {
 
-// Other poses than those of the search keep a target that those keep with this much to spare, dB.
+// Margin of the search above the target, dB: enough that poses of the verdict keep the target, too.
 constexpr double kSearchMargin = 0.6;
 
-// Score of a model baked as the plan says, from the poses [first, first + count); those of the search come first.
+// Scores a model baked by the plan, from the poses [first, first + count); poses of the search come first.
 using PlanScore = std::function<SetScore(const BakePlan& plan, size_t first, size_t count)>;
 
 struct SearchTask {
@@ -22,23 +22,23 @@ struct SearchTask {
     uint64_t anchors;
     PlanScore score;
     size_t poses;
-    uint64_t weight_pixels; // of the poses that importance was found from
+    uint64_t weight_pixels; // pixels of the poses that importance was found from
     uint32_t levers;
     double target = 0, min_view = 0; // dB
-    double margin = kSearchMargin;   // dB above both that are aimed at
-    const BakePlan* from = nullptr;  // where to begin, its costs measured already
+    double margin = kSearchMargin;   // dB above both to aim at
+    const BakePlan* from = nullptr;  // plan to start from, with measured costs
 };
 
 struct SearchResult {
     BakePlan plan;
-    SetScore score; // of the plan
+    SetScore score; // score of the plan
     bool kept = false;
     uint32_t probes = 0;
 };
 
-// The largest error that keeps the target and a margin above it.
+// Finds the largest error that keeps the target with the margin.
 [[nodiscard]] SearchResult searchSteps(const SearchTask& task);
-// At most, for a bar that knows the whole.
+// Most pictures that a search draws, for the total of the progress.
 [[nodiscard]] size_t searchPictures(size_t poses);
 
 } // namespace gsc

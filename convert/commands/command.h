@@ -31,7 +31,7 @@ struct LpipsFiles; // convert/compare/picture_set.h
 // --lpips-backbone and --lpips-heads, both or none.
 std::array<OptionHandle, 2> addLpipsOptions(CLI::App& command, LpipsFiles& files);
 
-// Once the line is parsed, `run` is what the command does, with its options.
+// Sets `run` to the function of the command, with its options, once the line is parsed.
 template <typename Options>
 void onParsed(CLI::App& command, Invocation& invocation, const std::shared_ptr<Options>& options,
               ErrorCode (*run)(const Options&, Reporter&))

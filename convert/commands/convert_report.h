@@ -15,7 +15,7 @@ struct ConvertFacts {
     const WriteOptions& options;
     const WriteReport* written = nullptr; // null with --dry-run
     bool verified = false;                // --verify: the file was read back and compared with the checkpoint
-    std::vector<std::string> warnings;    // of reading and of writing
+    std::vector<std::string> warnings;    // warnings of reading and of writing
     double seconds = 0;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Is META really JSON? format/ has no parser, so this part of the validation lives here.
+// Checks that META is JSON. format/ has no parser, so this part of the validation lives here.
 #pragma once
 
 #include <gsc/gsc_reader.h>

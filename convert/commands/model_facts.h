@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Facts of a model, told the same way from a checkpoint and from a .gsc file.
+// Facts of a model, in the same words for a checkpoint and for a .gsc file.
 #pragma once
 
 #include "convert/commands/command.h"

@@ -16,7 +16,7 @@ struct AttributeDifference {
     uint64_t compared = 0;  // values
     uint64_t different = 0; // values whose bits differ
     double max_abs = 0;     // largest absolute difference; infinite if a NaN or an infinity is on one side only
-    uint64_t first = 0;     // of the first difference: source index of the anchor, else element
+    uint64_t first = 0;     // first difference: source index of the anchor, else of the element
 };
 
 struct CompareReport {

@@ -59,7 +59,7 @@ PictureSet comparePictures(const std::string& reference, const std::string& pict
         return set;
     }
     const std::map<std::string, std::string> wanted = picturesOf(reference), found = picturesOf(pictures);
-    for (const auto& [name, path] : wanted) // told before any is read
+    for (const auto& [name, path] : wanted) // warns before any picture is read
         if (!found.contains(name))
             throw Error(ErrorCode::Io, pictures, "no picture of the name " + name, "one for " + path, "draw it too");
     for (const auto& [name, path] : wanted) {

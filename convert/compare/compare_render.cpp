@@ -30,7 +30,7 @@ void writeFresh(const Checkpoint& checkpoint, const std::string& path, int threa
     options.output = path;
     options.threads = threads;
     options.drop_invalid = true;
-    options.sensitivity = SensitivityMode::None; // nothing that is rendered here reads it
+    options.sensitivity = SensitivityMode::None; // no picture here needs it
     writeGsc(checkpoint, options, std::bind_front(&Reporter::progress, &report));
 }
 
@@ -102,7 +102,7 @@ void undoRounding(Image& picture, Image& actual)
 {
     constexpr float kHalf = 0.5f / 255;
     for (size_t i = 0; i < picture.pixels.size(); ++i) {
-        actual.pixels[i] = std::clamp(actual.pixels[i], 0.0f, 1.0f); // as the trainer does before it writes
+        actual.pixels[i] = std::clamp(actual.pixels[i], 0.0f, 1.0f); // the trainer clamps before it writes
         picture.pixels[i] = std::clamp(actual.pixels[i], picture.pixels[i] - kHalf, picture.pixels[i] + kHalf);
     }
 }

@@ -17,10 +17,10 @@ enum class ReferencePrecision { Float, Double };
 struct RenderOptions {
     std::string golden;  // folder of the trainer's pictures and their cameras.json; empty = look in the model folder
     std::string cameras; // camera file; empty = the cameras stored in the .gsc
-    bool ignore_distortion = false; // of the lenses in `cameras`, which is refused otherwise
-    CamerasTransform cameras_transform = CamerasTransform::Told; // of `cameras`
-    uint64_t views = 3;                                          // of the stored cameras, evenly spaced; 0 = all
-    double min_psnr = 75;                                        // of every view, dB
+    bool ignore_distortion = false; // draw `cameras` as if they had no lens distortion; else such are refused
+    CamerasTransform cameras_transform = CamerasTransform::Told; // how applied_transform in `cameras` is taken
+    uint64_t views = 3;                                          // stored cameras to draw, evenly spaced; 0 = all
+    double min_psnr = 75;                                        // least PSNR of every view, dB
     Tier tier = Tier::Exact;
     ReferencePrecision reference = ReferencePrecision::Float; // Float: the trainer's rounding; Double: no rounding
     LpipsFiles lpips;
@@ -28,10 +28,10 @@ struct RenderOptions {
 };
 
 struct RenderComparison {
-    Tier tier = Tier::Exact;   // that the file was rendered in
+    Tier tier = Tier::Exact;   // tier that rendered the file
     PictureSet reference;      // the file through the fast backend, against the scalar reference over a fresh file
-    PictureSet trainer;        // the same against the trainer's own pictures; empty if there are none
-    std::string lpips_missing; // why a view has no LPIPS; empty = all have
+    PictureSet trainer;        // scores against the trainer's own pictures; empty if there are none
+    std::string lpips_missing; // why a view has no LPIPS; empty = every view has it
 
     [[nodiscard]] bool passes(double min_psnr) const;
 };

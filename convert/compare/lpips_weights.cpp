@@ -21,13 +21,13 @@ std::string shapeText(const std::vector<uint64_t>& shape)
     return text.empty() ? "a single number" : text;
 }
 
-// The tensors of one file, taken by name. Messages end with what the file should be.
+// The tensors of one file, taken by name. Messages end with a description of the expected file.
 class LpipsFile {
 public:
     LpipsFile(const std::string& path, const char* prefix, std::string advice)
         : m_path(path), m_advice(std::move(advice))
     {
-        const MappedFile file(path); // of 528 MB for all of VGG16, and 59 MB are read
+        const MappedFile file(path); // mapped: all of VGG16 is 528 MB, and only 59 MB are read
         refuseStandIn(file.bytes(), file.bytes().size(), path);
         m_archive =
             readTorchArchive(file.bytes(), path, [=](const std::string& name) { return name.starts_with(prefix); });

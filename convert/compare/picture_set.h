@@ -17,7 +17,7 @@ namespace gsc {
 struct ScoredPicture {
     std::string name;
     uint32_t width = 0, height = 0;
-    uint32_t picture_bits = 0; // of the trainer's picture; 0 = compared with another
+    uint32_t picture_bits = 0; // bits per channel of the trainer's picture; 0 = compared with another kind
     ImageDifference difference;
     double ssim = 0, flip = 0;
     std::optional<double> lpips; // whyNoLpips() says why there is none
@@ -38,7 +38,7 @@ struct PictureSet {
     [[nodiscard]] double flip() const;
     [[nodiscard]] std::optional<double> lpips() const; // none if a view has none
 
-    // Is every view at `min_psnr` dB or above? One that is not a number is not.
+    // True if every view has `min_psnr` dB or more; a view without a number fails.
     [[nodiscard]] bool passes(double min_psnr) const;
 };
 

@@ -11,8 +11,8 @@
 namespace gsc {
 
 struct TrainerPicture {
-    std::string path; // of the PNG
-    Camera camera;    // its size is the picture's, once that is read
+    std::string path; // path of the PNG
+    Camera camera;    // takes the size of the picture once that is read
 };
 
 // Pictures of a folder with NAME.png and a cameras.json that lists exact cameras (R_camera_to_world, T_world_to_camera,

@@ -31,7 +31,7 @@ void writeGaussianPly(const GaussianSet& set, const PieceSink& write);
 // Parts of that PLY: the header, whose length does not depend on the number of Gaussians, and the rows.
 std::string gaussianPlyHeader(int degree, uint64_t count);
 void writeGaussianPlyRows(const GaussianSet& set, const PieceSink& write);
-// Throws Error(Unsupported) where there are more Gaussians than 4 GiB hold.
+// Throws Error(Unsupported) if the Gaussians take more than 4 GiB.
 void writeGaussianGlb(const GaussianSet& set, const PieceSink& write);
 // `version`: 3 or 4. Throws Error(Unsupported) where a place lies further from the origin than 24 bits say, for 2^31
 // Gaussians, and for version 4 where this build has no Zstandard; requireSpz4() tells before any work.

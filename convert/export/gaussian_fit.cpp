@@ -19,13 +19,13 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kRangeBytes = 1u << 30;  // of the sums of the anchors that are looked at together, at most
-constexpr size_t kPartGaussians = 1u << 16; // that are given away together: 16 MiB at degree 3
+constexpr uint64_t kRangeBytes = 1u << 30;  // most memory for the sums of anchors that are fitted together
+constexpr size_t kPartGaussians = 1u << 16; // Gaussians in a part that the caller gets at once: 16 MiB at degree 3
 // Weight that pulls coefficients towards zero, so that those of which the cameras' directions say little stay small:
 // relative to a Gaussian's weight, times the degree's square.
 constexpr double kRidge = 1e-3;
-// Networks answer for any direction, so a view also tells of what lies beside its picture: of so many times its width and
-// height, at a small weight, which decides where no picture shows an anchor.
+// Networks answer for any direction, so a view also counts anchors beside its picture, up to this many times its width
+// and height, with a small weight. That decides for anchors that no picture shows.
 constexpr float kBeside = 3;
 constexpr float kBesideWeight = 0.1f;
 constexpr double kThinnest = 1e-4; // axis, of the longest: sums of floats tell no thinner ones apart
@@ -52,7 +52,7 @@ float weightOf(const EyeParams& eye, const Vec3<float>& p)
 
 // Sums of a Gaussian over the views that show it, as floats one after the other:
 struct SumLayout {
-    size_t n, triangle; // of the system of the colours
+    size_t n, triangle; // unknowns of the system for colours; elements of its triangle
     size_t rhs, weight, opacity, covariance, position, score, count;
 
     explicit SumLayout(int degree)
@@ -181,7 +181,7 @@ private:
         sums[m_layout.weight] += weight;
         sums[m_layout.opacity] += seen * opacity;
         addCovariance(scale, rotation, weight, sums + m_layout.covariance);
-        std::copy_n(position, 3, sums + m_layout.position); // the same from everywhere
+        std::copy_n(position, 3, sums + m_layout.position); // every view sees the same position
         std::sort(scale, scale + 3);
         const float focal = eye.focal_x / distance;
         const float area = (scale[2] * focal + 0.55f) * (scale[1] * focal + 0.55f);
@@ -230,7 +230,7 @@ private:
         for (const double value : color)
             finite += value;
         const float opacity = std::min(sums[m_layout.opacity] / seen, 1.0f);
-        if (!(opacity >= kOpacityFloor) || !std::isfinite(finite)) // no rasteriser draws it
+        if (!(opacity >= kOpacityFloor) || !std::isfinite(finite)) // such a Gaussian draws nothing
             return;
         ellipsoidAxes(covariance, rotation, deviation);
         const double least = std::max({deviation[0], deviation[1], deviation[2], 1e-12}) * kThinnest;
@@ -240,7 +240,7 @@ private:
         }
         for (const double q : rotation)
             set.rotation.push_back(float(q));
-        set.opacity.push_back(opacity); // where a view of its anchor does not show it, it had none
+        set.opacity.push_back(opacity); // mean over all views of its anchor, 0 in a view that does not show it
         for (size_t i = 0; i < 3 * shValues(m_options.degree); ++i)
             set.color.push_back(float(color[i]));
         set.score.push_back(sums[m_layout.score]);
@@ -256,7 +256,7 @@ private:
     Buffer<VisibleAnchor> m_visible;
     Buffer<float> m_bias;
     std::vector<float> m_seen; // weights of the views, of the range's anchors
-    std::vector<float> m_sums; // of the range's Gaussians
+    std::vector<float> m_sums; // sums of the Gaussians in the range
 };
 
 } // namespace

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Explicit Gaussians from anchors and networks. A Gaussian's place is the model's own. Its colour is fitted over the
-// directions from which cameras see it, by spherical harmonics, least squares weighted by opacity over distance squared. Its opacity and shape are
-// weighted means of what those cameras see.
+// directions from which cameras see it, by spherical harmonics, least squares weighted by opacity over distance
+// squared. Its opacity and shape are weighted means over those cameras.
 #pragma once
 
 #include "convert/export/gaussian_set.h"
@@ -21,7 +21,7 @@ struct FitView {
 struct FitOptions {
     int degree = kMostShDegree;
     int threads = 0;
-    bool as_seen = false; // by the first view, which is the only one: its own Gaussians, whose colours are of degree 0
+    bool as_seen = false; // export the Gaussians as the first and only view sees them: colours of degree 0
     RasterConstants rules{};
 };
 

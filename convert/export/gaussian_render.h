@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws explicit Gaussians with the arithmetic of `exact`, to tell what they lost.
+// Draws explicit Gaussians with the arithmetic of `exact`, to measure their loss.
 #pragma once
 
 #include "convert/export/gaussian_set.h"

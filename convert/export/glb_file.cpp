@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr uint32_t kFloat = 5126, kArrayBuffer = 34962; // of glTF
+constexpr uint32_t kFloat = 5126, kArrayBuffer = 34962; // numbers defined by glTF
 constexpr size_t kPiece = 1u << 16;                     // floats
 
 // A float array of the file: `each` values of a Gaussian.

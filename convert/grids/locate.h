@@ -11,7 +11,7 @@
 namespace gsc {
 
 struct NearestAnchor {
-    uint32_t anchor, source; // its number in the file and its row in the checkpoint
+    uint32_t anchor, source; // index in the file; row in the checkpoint
     uint32_t chunk, group;
     std::array<float, 3> position; // world units, as trained
     double distance;               // from the point, world units
@@ -19,12 +19,13 @@ struct NearestAnchor {
 
 struct PlaceInLevel {
     uint32_t level_index;
-    std::optional<std::array<int32_t, 3>> voxel; // of the level's grid; none beyond what a grid can number
-    std::optional<uint32_t> chunk, leaf;         // CHNK and LEAF records, where the tree has nodes there
-    uint32_t group_first = 0, group_count = 0;   // of the leaf's anchors
-    bool occupied = false;                       // the grid has the voxel
+    // voxel of the level's grid; none outside the range that a grid can number
+    std::optional<std::array<int32_t, 3>> voxel;
+    std::optional<uint32_t> chunk, leaf;       // CHNK and LEAF records, where the tree has nodes there
+    uint32_t group_first = 0, group_count = 0; // groups of the leaf's anchors
+    bool occupied = false;                     // the grid has the voxel
     uint32_t anchors_in_voxel = 0;
-    std::optional<NearestAnchor> nearest; // of the whole level; none if no position is a number
+    std::optional<NearestAnchor> nearest; // nearest anchor of the whole level; none if no position is a number
 };
 
 // In the order of view.levels. `point` is finite, in world units as the trainers have them. Precondition: `view` came from

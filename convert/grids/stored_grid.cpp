@@ -56,7 +56,7 @@ bool StoredGrid::checkHead()
     }
     const auto& grid = *reinterpret_cast<const nanovdb::GridData*>(m_data);
     constexpr uint32_t kBreadthFirst = uint32_t(nanovdb::GridFlags::IsBreadthFirst),
-                       kLongName = uint32_t(nanovdb::GridFlags::HasLongGridName); // whose name would lie elsewhere
+                       kLongName = uint32_t(nanovdb::GridFlags::HasLongGridName); // a long name lies outside the header
     if (grid.mMagic != NANOVDB_MAGIC_NUMBER || grid.mVersion.getMajor() != NANOVDB_MAJOR_VERSION_NUMBER ||
         grid.mGridType != nanovdb::GridType::Mask || !(grid.mFlags & kBreadthFirst) || (grid.mFlags & kLongName) != 0 ||
         std::memchr(grid.mGridName, 0, sizeof(grid.mGridName)) == nullptr || grid.mBlindMetadataCount != 0 ||
@@ -139,7 +139,7 @@ std::array<int32_t, 3> cellOf(const ChunkValues& anchors, const LevelRecord& lev
         const std::array<float, 3> position = anchors.position(local);
         for (size_t axis = 0; axis < 3; ++axis) {
             const double quanta = quantaAt(level, PositionEncoding::Float, double(position[axis]));
-            cell[axis] = int32_t(std::max(-0x1p30, std::min(0x1p30, quanta))); // not a number gives an end
+            cell[axis] = int32_t(std::max(-0x1p30, std::min(0x1p30, quanta))); // NaN becomes an end of the range
         }
     }
     for (int32_t& c : cell)

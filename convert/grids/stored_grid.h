@@ -46,8 +46,8 @@ private:
     bool m_good = false;
 };
 
-// A coordinate of a point in quanta of the level, rounded as the grid's voxels hold them: what lies on the border of two
-// float voxels is in the upper.
+// A coordinate of a point in quanta of the level, rounded as the grid rounds: a point between two float voxels is in
+// the upper.
 double quantaAt(const LevelRecord& level, PositionEncoding encoding, double coordinate);
 
 // The cell of an anchor in the grid of its level.

@@ -11,7 +11,7 @@ namespace gsc {
 
 namespace {
 
-// logit(0.1), what the trainers store in every anchor; the models without the column never had another value.
+// logit(0.1): the trainers store it in every anchor, and models without the column never had another value.
 constexpr float kDefaultOpacity = -2.1972246f;
 
 [[noreturn]] void throwMissing(const std::string& name, const std::string& text)
@@ -25,7 +25,7 @@ uint32_t floatColumn(const PlyHeader& header, const std::string& column, const s
     const PlyColumn* found = header.find(column);
     if (!found)
         throwMissing(name, "column '" + column + "' is missing");
-    if (!found->is_float) // which other programs write, and the trainers' loaders read
+    if (!found->is_float) // integers: other programs write them, and the trainers' loaders read them
         throw Error(ErrorCode::Unsupported, name, "column '" + column + "' is not float32",
                     "it as the trainers write it", "pass the point_cloud.ply that the trainer wrote");
     return found->offset;
@@ -113,7 +113,7 @@ void copyLevels(const Rows& rows, const std::vector<uint32_t>& offsets, uint64_t
     }
 }
 
-// The floats of an anchor: where a batch has them, and what they are where the file has no such columns.
+// The floats of an anchor: their place in a batch, and their value if the file lacks the columns.
 struct Field {
     bool is_placement;
     std::vector<float> AnchorBatch::*values;

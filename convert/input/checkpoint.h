@@ -23,7 +23,7 @@ struct Checkpoint {
     std::string cfg_args;                  // text of cfg_args or config.yaml, empty if absent
     std::string container;                 // "split" (.pt files), "unite" (checkpoints.pth) or "v1" (checkpoint.pth)
     std::vector<std::string> warnings;     // facts the user should know, one sentence each
-    int iteration = -1;                    // of point_cloud/iteration_<n>, -1 if the folder has no such name
+    int iteration = -1;                    // n of point_cloud/iteration_<n>, -1 if the folder has no such name
 
     ModelFamily family{};
     uint64_t anchor_count = 0;
@@ -40,7 +40,7 @@ struct Checkpoint {
     // Numbers of those rows, ascending, where some are not there; empty = all from 0 on.
     std::vector<uint32_t> embedding_numbers;
     std::vector<SourceCamera> cameras;
-    Metre metre; // that metre.json or the file states; units 0 = to be derived
+    Metre metre; // stated by metre.json or by the file; units 0 = to be derived
 
     [[nodiscard]] uint32_t embeddingRows() const
     {

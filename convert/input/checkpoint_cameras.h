@@ -11,9 +11,9 @@
 
 namespace gsc {
 
-// Reads cameras.json, or transforms*.json where there is none, and says of each camera which embedding row it was
-// trained with and whether it was held out. Distortion and principal points are left out with a warning. `config` may be
-// null. Throws Error (Io, InvalidFile).
+// Reads cameras.json, or transforms*.json where there is none, and finds the embedding row of each camera, and whether
+// it was held out of training. Distortion and principal points are left out with a warning. `config` may be null.
+// Throws Error (Io, InvalidFile).
 std::vector<SourceCamera> readCameras(const CheckpointFiles& files, const ConfigValue* config,
                                       const std::string& config_path, uint32_t embedding_rows,
                                       std::vector<std::string>& warnings);

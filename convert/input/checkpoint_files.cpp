@@ -182,7 +182,8 @@ void findInFile(const fs::path& path, CheckpointFiles& files)
     if (path.extension() != ".ply") {
         std::error_code error;
         if (fs::is_regular_file(path, error))
-            (void)InputFile(path.string()); // which says it where the file only stands for another
+            // throws with the reason where the file is a stand-in, such as a Git LFS pointer
+            (void)InputFile(path.string());
         throw Error(ErrorCode::InvalidFile, path.string(), "is neither a folder nor a PLY", "a trained model",
                     "pass its folder or its point_cloud.ply");
     }

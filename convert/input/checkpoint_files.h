@@ -11,14 +11,15 @@
 namespace gsc {
 
 struct CheckpointFiles {
-    std::string folder; // that holds the PLY and the weights
+    std::string folder; // folder of the PLY and the weights
     std::string ply;
-    int iteration = -1;                  // -1: the folder is not called iteration_<n>
-    std::vector<std::string> side_dirs;  // where cfg_args, config.yaml and cameras.json may lie, in this order
-    std::vector<std::string> file_names; // in `folder`, sorted
+    int iteration = -1; // -1: the folder is not called iteration_<n>
+    // folders that cfg_args, config.yaml and cameras.json are looked for in, in this order
+    std::vector<std::string> side_dirs;
+    std::vector<std::string> file_names; // names of the files in `folder`, sorted
     std::vector<std::string> warnings;
 
-    [[nodiscard]] bool has(std::string_view file_name) const; // in `folder`
+    [[nodiscard]] bool has(std::string_view file_name) const; // true if `folder` has the file
     // The first of the side folders that holds it, joined; empty if none does.
     [[nodiscard]] std::string findBeside(const std::string& file_name) const;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rules that tell one trainer from another and fill in what its loader would fill in.
+// Rules that tell the trainers apart, and fill in the defaults of each trainer's loader.
 #pragma once
 
 #include "convert/input/checkpoint.h"
@@ -12,9 +12,9 @@
 namespace gsc {
 
 struct ConfigFile {
-    ConfigValue values;   // of the model parameters, None if no file was found
+    ConfigValue values;   // the model parameters; None if no file was found
     ConfigValue optim;    // Octree-AnyGS only: optimisation parameters
-    ConfigValue pipeline; // the same
+    ConfigValue pipeline; // the pipeline parameters; None if no file was found
     std::string path;     // empty if no file was found
 
     [[nodiscard]] bool found() const { return !path.empty(); }

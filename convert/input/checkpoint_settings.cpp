@@ -67,7 +67,7 @@ bool fits(const TrainerSetting& setting, const ConfigValue& group, const std::st
 {
     if (setting.kind == TrainerSetting::Kind::Off)
         return !group.getBool(key, false, path);
-    if (setting.kind == TrainerSetting::Kind::Number) // as close as a file states it
+    if (setting.kind == TrainerSetting::Kind::Number) // files round numbers
         return std::abs(group.getNumber(key, setting.number, path) - setting.number) < 1e-6;
     const std::string word = group.getString(key, "", path);
     return word.find(' ') == std::string::npos &&

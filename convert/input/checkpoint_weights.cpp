@@ -20,7 +20,7 @@ namespace {
 constexpr uint64_t kMaxArchive = 1ull << 30; // an embedding of 100,000 images is 13 MB
 
 constexpr Activation kActivations[] = {Activation::Tanh, Activation::None, Activation::Sigmoid,
-                                       Activation::Softmax}; // of each MlpKind
+                                       Activation::Softmax}; // activation of each MlpKind
 constexpr uint32_t kBank = uint32_t(MlpKind::FeatureBank);
 
 const NamedTensor* findTensor(const TorchArchive& archive, const std::string& name)

@@ -34,9 +34,9 @@ private:
     uint64_t m_bytes = 0;
 };
 
-// Throws Error: as InputFile, InvalidFile if the file is larger than `max_bytes` (`what` names what was expected).
+// Throws Error: as InputFile, InvalidFile if the file is larger than `max_bytes` (`what`: the expected content).
 std::vector<std::byte> readWholeFile(const std::string& path, uint64_t max_bytes, const char* what);
-// As readWholeFile(), of a text without its byte order mark (decodedText()).
+// Reads a text, without its byte order mark (decodedText()). Throws as readWholeFile().
 std::string readTextFile(const std::string& path, uint64_t max_bytes, const char* what);
 
 } // namespace gsc

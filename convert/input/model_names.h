@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Words for what a model is, as files, options and reports have them.
+// Names of families and features of models, as files, options and reports use them.
 #pragma once
 
 #include <gsc/gsc_layout.h>
@@ -8,7 +8,7 @@
 
 namespace gsc {
 
-// of each ModelFamily, LevelRule, RasterRules, MlpKind
+// names of each ModelFamily, LevelRule, RasterRules, MlpKind
 constexpr const char* kFamilyNames[] = {"scaffold-gs", "scaffold-gs-v1", "octree-gs", "octree-anygs"};
 constexpr const char* kLevelRuleNames[] = {"none", "floor", "round", "ceil", "progressive"};
 constexpr const char* kRasterRulesNames[] = {"diff-gaussian", "gsplat"};

@@ -37,7 +37,7 @@ constexpr size_t kMaxPlyHeader = 1u << 20;
 // big-endian, lists, other elements before the vertices).
 PlyHeader parsePlyHeader(std::span<const std::byte> bytes, uint64_t file_bytes, const std::string& name);
 
-// Where the fields of an anchor lie in a row, byte offsets in the order of the number at the end of the name.
+// Offsets of an anchor's fields in a row, bytes, in the order of the number at the end of their names.
 struct AnchorColumns {
     std::vector<uint32_t> position;           // 3
     std::vector<uint32_t> offset;             // 3 K, k-major: 3 k + axis

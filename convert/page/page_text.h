@@ -14,8 +14,8 @@ namespace gsc {
 // JSON that may stand inside <script>: no text in it can end the element or open a comment.
 std::string scriptJson(const nlohmann::ordered_json& json);
 
-// The template with each mark replaced by its part. Marks come in the template's order; what is put in is not looked at
-// again.
+// The template with each mark replaced by its part. Marks come in the template's order; parts are not searched for
+// marks.
 std::string filledPage(std::string_view page, std::span<const std::pair<std::string_view, std::string_view>> parts);
 
 } // namespace gsc

@@ -24,7 +24,7 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kSliceAnchors = 65'536; // of a tile without bounds, which may be cut anywhere
+constexpr uint64_t kSliceAnchors = 65'536; // most anchors of a part of a tile without bounds, which may be cut anywhere
 
 const char* sceneName(SampleScene scene)
 {

@@ -26,13 +26,13 @@ namespace gsc {
 
 namespace {
 
-constexpr double kJitter = 0.1; // of the anchor's scale
+constexpr double kJitter = 0.1; // random shift of an anchor, in its scales
 constexpr size_t kFlushRows = 16'384;
 
 // The city as a grid of equal tiles; the last ones are left out where fewer are needed.
 struct CityGrid {
     uint64_t tiles = 0, columns = 0, rows = 0;
-    double size[2] = {}; // of a tile
+    double size[2] = {}; // width and depth of a tile
 };
 
 CityGrid cityGrid(const ReplicateSource& source, uint64_t anchors)
@@ -154,7 +154,7 @@ void refuseSource(const std::string& output, const std::string& path)
         if (std::filesystem::equivalent(at, output, error))
             throw Error(ErrorCode::Usage, output, "holds the source " + path + ", which the city would replace",
                         "a folder without it", "choose another folder");
-        error.clear(); // an output that does not exist is nobody's source
+        error.clear(); // an output that does not exist is no source
         if (at == at.parent_path())
             return;
     }

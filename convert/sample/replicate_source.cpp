@@ -39,7 +39,7 @@ bool insideTile(const GroundFrame& frame, dvec3 p)
     return dot(p, frame.up) - frame.ground < kHighestShare * frame.view_height;
 }
 
-// One row in upstream's column order: what openAnchors() took apart.
+// Joins a row in upstream's column order again, which openAnchors() took apart.
 void appendRow(const Checkpoint& cp, const AnchorBatch& b, size_t i, std::vector<float>& rows)
 {
     const bool octree = cp.family == ModelFamily::OctreeGs;

@@ -15,7 +15,7 @@ struct SamplePlan {
     SceneSpec spec;
     uint64_t anchors = 0;
     uint32_t levels = 1;
-    double level_share[kMaxSampleLevels] = {};         // of the anchors of a surface with all levels
+    double level_share[kMaxSampleLevels] = {}; // share of each level in the anchors of a surface with all levels
     double weight_of[size_t(AnchorShare::Count)] = {}; // anchors per weighted area
     std::vector<double> tile_start;                    // tile_count + 1, in anchors
     AnchorGrid grid;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the cameras of photographs stand, where they look and what they see.
+// Places, directions and views of the cameras of photographs.
 #pragma once
 
 #include "convert/survey/vec3.h"

@@ -28,7 +28,7 @@ public:
     {
     }
 
-    // Those of one anchor in an array, null where the file has no such array.
+    // Values of one anchor in an array, null if the file has no such array.
     template <typename T = float>
     [[nodiscard]] const T* values(ChunkArray array, uint32_t local) const
     {

@@ -111,7 +111,8 @@ std::vector<float> recoverQuantum(std::span<const GridSample> samples, int32_t l
     if (values.empty())
         return {};
 
-    // unknown origin: both roundings of two coordinates, the products being larger than the coordinates themselves
+    // with an unknown origin, noise covers both roundings of two coordinates: the products are larger than the
+    // coordinates
     const double noise = has_origin ? 2 * ulp(4 * std::max(std::fabs(values.front()), std::fabs(values.back()))) : 0;
     Gap gap = smallestGap(values, noise);
     if (!has_origin) {

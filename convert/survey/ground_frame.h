@@ -12,8 +12,8 @@
 
 namespace gsc {
 
-constexpr double kHighestShare = 0.35; // of the capture height, above ground: roofs, masts and kites are higher
-constexpr uint32_t kMinViews = 6;      // a well-seen anchor is in at least as many photographs
+constexpr double kHighestShare = 0.35; // share of the capture height above ground: roofs, masts and kites are higher
+constexpr uint32_t kMinViews = 6;      // photographs that must show an anchor for it to be well seen
 
 // Precondition of all: there are points, or values.
 dvec3 meanOf(std::span<const dvec3> points);

@@ -19,13 +19,14 @@ namespace gsc {
 namespace {
 
 constexpr size_t kLeastAnchors = 16, kLeastSeen = 100;
-constexpr size_t kMostViews = 256;       // of a long capture every n-th camera
+constexpr size_t kMostViews = 256;       // a longer capture is sampled evenly
 constexpr double kAerialPitch = 10;      // degrees below the horizon, median of the cameras
-constexpr double kAerialAbove = 0.8;     // of the well-seen anchors are below the median camera
+constexpr double kAerialAbove = 0.8;     // aerial: this share of the well-seen anchors lies below the median camera
 constexpr double kUprightAgreement = 40; // degrees between the ground's normal and the cameras' up
 constexpr double kAerialMetres = 20;     // the capture height of an aerial model
-constexpr double kLeastEyeHeight = 0.02; // of the viewing distance: below it, the ground was hardly found
-constexpr double kInwardMetres = 3;      // the distance to what an inward capture looks at
+// least eye height, in viewing distances: below it, the ground was hardly found
+constexpr double kLeastEyeHeight = 0.02;
+constexpr double kInwardMetres = 3; // distance to the middle of the photographs, if the capture looks inward
 
 // Training cameras, or all where too few were trained on.
 std::vector<SourceCamera> storedCameras(const GscView& view)
@@ -43,7 +44,7 @@ std::vector<SourceCamera> storedCameras(const GscView& view)
     return everyNth(all, kMostViews);
 }
 
-// Depth of what lies in the middle quarter of the image; cameras that see nothing there are dropped.
+// Depth of the anchors in the middle quarter of each image; drops cameras that see none there.
 void measureDistances(ModelSurvey& survey)
 {
     std::vector<double> depths;

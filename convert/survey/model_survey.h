@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Places where one can stand in a model, as it tells of them: ground, cameras, scale, what they saw.
+// Survey of a model from its anchors and cameras: ground, scale, the cameras' views, and places where one can stand.
 #pragma once
 
 #include "convert/survey/path_site.h"
@@ -23,16 +23,16 @@ const char* captureName(CaptureKind kind);
 struct ModelSurvey {
     CaptureKind kind = CaptureKind::None;
     PathSite site;
-    std::string metre_rule;      // how site.metre came about, one sentence without a full stop
+    std::string metre_rule;      // how site.metre was found, one sentence without a full stop
     double viewing_distance = 0; // median of the cameras' distances; the height of the bounds' view without cameras
     double near_z = 0;
     double top = 0;                    // along up, 98 % of the seen anchors are below
     std::vector<dvec3> points;         // anchors, every n-th of a large model
-    std::vector<dvec3> seen;           // those that the training cameras see well; all without cameras
-    std::vector<SourceCamera> cameras; // that see something; their appearance is a row that the file holds
-    std::vector<double> distances;     // of each: median depth of the well-seen anchors in the middle of its image
+    std::vector<dvec3> seen;           // anchors that the training cameras see well; all if there are no cameras
+    std::vector<SourceCamera> cameras; // cameras that see something; their appearance is a row that the file holds
+    std::vector<double> distances; // for each camera, median depth of the well-seen anchors in the middle of its image
 
-    // Whether one looks down on it, from the air or because nobody knows better.
+    // True if the viewer looks down on the model: an aerial capture, or an unknown one.
     [[nodiscard]] bool fromAbove() const { return kind == CaptureKind::Aerial || kind == CaptureKind::None; }
 };
 

@@ -54,7 +54,7 @@ AnchorFault findAnchorFault(const AnchorBatch& batch, size_t i, uint32_t feat_di
         float largest = 0;
         for (uint32_t k = 0; k < n_offsets; ++k)
             largest = std::max(largest, std::fabs(offset[3 * k + axis]));
-        // cheap for what is real: exp(44) < 2^64 and the product is far below the limit
+        // a cheap test passes all real values: exp(44) < 2^64 and the product is far below the limit
         if (largest > 1e10f && std::log(double(largest)) + double(scale[axis]) > 69.0) // 1e30
             return AnchorFault::HugeOffset;
     }

@@ -13,7 +13,7 @@ enum class AnchorFault : uint32_t {
     NotFinite,  // NaN or infinity in position, level bias, offset, feature, scale (+inf) or rotation
     HugeScale,  // exp(scale) squared overflows fp32: upstream's covariance becomes infinite and paints the image
     HugeOffset, // a Gaussian centre overflows fp32
-    OutOfReach, // position beyond what a float grid or an index can hold
+    OutOfReach, // position outside the range of a float grid or an index
     Count,
 };
 constexpr const char* kAnchorFaultTexts[] = {"no fault", "a value that is not finite",

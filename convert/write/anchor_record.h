@@ -13,7 +13,7 @@
 namespace gsc {
 
 struct AnchorRecordLayout {
-    uint32_t offset[uint32_t(ChunkArray::Count)]; // in the record
+    uint32_t offset[uint32_t(ChunkArray::Count)]; // offset of each array's value in the record
     uint32_t stride[uint32_t(ChunkArray::Count)]; // bytes, 0 = absent
     uint32_t bytes;
 };

@@ -13,7 +13,7 @@ namespace gsc {
 
 void forEachBatch(AnchorSource& source, uint32_t fields, const std::function<void(const AnchorBatch&)>& work)
 {
-    constexpr size_t kBatches = 3; // one being filled, one being worked on, one between
+    constexpr size_t kBatches = 3; // one is filled, one is worked on, one waits
     std::array<AnchorBatch, kBatches> batches;
     tbb::concurrent_queue<AnchorBatch*> unused;
     for (AnchorBatch& batch : batches)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The metre of a model, from the anchors as they are written: what `gsc sample paths` derives from the file, bit for bit.
+// Finds the metre of a model from the anchors that are written: the same value, bit for bit, that `gsc sample paths`
+// derives from the file.
 #pragma once
 
 #include "convert/input/checkpoint.h"
@@ -30,7 +31,7 @@ public:
 private:
     FileHeader m_header{};
     std::vector<LevelRecord> m_levels;
-    GscView m_view;                           // of what is known before the file is there
+    GscView m_view;                           // sections that are known before the file is written
     std::vector<std::vector<dvec3>> m_points; // per chunk
 };
 

@@ -17,7 +17,7 @@ namespace {
 constexpr uint32_t kHeads = 3;
 constexpr uint64_t kWeightAlign = 64;
 constexpr uint64_t kPackedAlign = 256;
-constexpr uint32_t kTileK = 16, kTileN = 8; // of mma.sync.m16n8k16
+constexpr uint32_t kTileK = 16, kTileN = 8; // tile of the instruction mma.sync.m16n8k16
 constexpr uint32_t kViewInputs = 5;         // direction, distance, level
 
 // Rows of the fused first layer that the inputs of a head go to, in the head's own order.
@@ -131,7 +131,7 @@ std::vector<std::byte> packMlps(std::span<const Mlp> mlps, uint32_t feat_dim, ui
             appendArray<uint16_t>(bytes, uint64_t(header.hidden_pad) * header.out_pad[h], kPackedAlign);
     std::memcpy(bytes.data(), &header, sizeof(header));
 
-    // what the half-precision path reads of the first layer: no appearance rows, zero rows up to k_pad
+    // part of the first layer that the half-precision path reads: no appearance rows, zero rows up to k_pad
     std::vector<float> first_k(size_t(header.k_pad) * columns);
     for (uint32_t h = 0; h < kHeads; ++h) {
         const LinearLayer& first = mlps[h].layers[0];

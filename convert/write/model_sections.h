@@ -24,7 +24,7 @@ std::vector<std::byte> cameraSection(const Checkpoint& checkpoint);
 // Everything the checkpoint alone decides; counts, bounds and grid are the caller's.
 ModelParams modelParams(const Checkpoint& checkpoint);
 
-// The options that decide the bytes of the file, as compact JSON: what FileHeader::config_hash is taken of.
+// The options that decide the bytes of the file, as compact JSON: input of FileHeader::config_hash.
 std::string effectiveOptions(const WriteOptions& options);
 
 struct ManifestFacts {

@@ -257,7 +257,7 @@ Partition planPartition(AnchorSource& source, ScanResult& scan, const Checkpoint
         setGrid(partition, *grid, hints.fork);
         check = countNodes(source, scan, partition, progress);
         exact = check.failed == 0;
-        // the sample left a choice and it was the wrong one: let what failed decide
+        // the choice made from the sample was wrong: the failed position decides
         scan.samples.insert(scan.samples.end(), check.examples.begin(), check.examples.end());
     }
     if (!exact)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where every anchor goes: the grids, the cell size of each level, its chunks and how many anchors each holds.
+// Place of every anchor in the file: the grids, the cell size of each level, its chunks and how many anchors each
+// holds.
 #pragma once
 
 #include "convert/write/scan.h"
@@ -28,8 +29,8 @@ struct Partition {
     [[nodiscard]] uint32_t levelIndex(int32_t level) const; // precondition: the scan met the level
 };
 
-// Reads the placements two times or more; the checkpoint says what is known of the grid. Throws Error(InvalidFile) if the
-// levels are more than the file can hold.
+// Reads the placements two times or more; the checkpoint gives known facts of the grid. Throws Error(InvalidFile) if
+// the levels are more than the file can hold.
 Partition planPartition(AnchorSource& source, ScanResult& scan, const Checkpoint& checkpoint, uint64_t chunk_anchors,
                         const std::function<void(uint64_t)>& progress);
 

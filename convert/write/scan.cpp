@@ -128,7 +128,7 @@ private:
     ScanResult& m_result;
     uint64_t m_stride = 1;
     bool m_keep_placements = false;
-    LevelRecord* m_level = nullptr; // of the last anchor
+    LevelRecord* m_level = nullptr; // level of the last anchor
     std::array<FaultCount, size_t(AnchorFault::Count)> m_faults{};
 };
 

@@ -19,15 +19,16 @@ struct ScannedPlace {
 };
 
 struct ScanResult {
-    uint64_t rows = 0; // of the source
+    uint64_t rows = 0; // rows of the source
     uint64_t kept = 0;
     std::vector<uint64_t> dropped;         // rows, ascending
-    std::vector<std::string> warnings;     // what was dropped and why
+    std::vector<std::string> warnings;     // left out anchors, and why
     std::map<int32_t, LevelRecord> levels; // number, count and bounds of the anchors kept
     std::vector<GridSample> samples;       // coordinates spread over the file, bounded
-    std::vector<ScannedPlace> placements;  // of the anchors kept; empty if they would not fit the budget
-    uint32_t varying = 0;                  // kModelHasRotation, kModelHasOpacity, kModelHasNormal
-    float rotation[4] = {1, 0, 0, 0};      // of the first anchor kept
+    // positions and levels of the anchors kept; empty if they would not fit the budget
+    std::vector<ScannedPlace> placements;
+    uint32_t varying = 0;             // kModelHasRotation, kModelHasOpacity, kModelHasNormal
+    float rotation[4] = {1, 0, 0, 0}; // rotation of the first anchor kept
     float opacity = 0;
 };
 

@@ -30,7 +30,7 @@ public:
 private:
     const ModelParams& m_params;
     std::vector<std::byte> m_weights, m_packed;
-    std::vector<float> m_embedding; // one row, or empty
+    std::vector<float> m_embedding; // one row of the appearance embedding, or empty
     std::vector<AnchorSensitivity> m_records;
 };
 

@@ -19,8 +19,8 @@ namespace gsc {
 
 namespace {
 
-// Zeroed memory for the converter, which leaves the unused parts of its nodes as they are: a file must not depend
-// on what memory held before.
+// Zeroed memory for the converter, which does not write the unused parts of its nodes: a file must not depend on old
+// contents of memory.
 class ZeroedBuffer {
 public:
     static ZeroedBuffer create(uint64_t bytes, const ZeroedBuffer* = nullptr)

@@ -25,10 +25,10 @@ std::string openVdbFile(std::span<const std::byte* const> grids, uint64_t id, vo
 // World units: cells of a level are at least as large.
 constexpr double kLeastCell = 2e-5;
 
-// That OpenVDB's log starts when it is loaded, at the least.
+// Threads that OpenVDB's log starts when it is loaded, at the least.
 constexpr size_t kSpatialIndexThreads = 4;
 
-struct SpatialIndexFunctions { // of the module
+struct SpatialIndexFunctions { // functions of the module
     decltype(&buildNanoVdb) build;
     decltype(&openVdbFile) file;
 };

@@ -71,7 +71,7 @@ public:
         // before any work: the output must be writable
         GscWriter writer(m_options.output, m_options.overwrite);
 
-        // the second reader of the file keeps close behind the first, so it reads what is still in memory
+        // the second reader stays close behind the first, and so reads pages that are still in memory
         std::stop_source stop;
         std::future<SourceHash> hash = startHash(stop.get_token());
         const StopOnExit guard{stop}; // the future waits for its thread when an error unwinds it
@@ -332,7 +332,7 @@ private:
     const char* m_stage = "";
     WriteReport m_report;
 
-    std::vector<uint32_t> m_rows; // of the embedding
+    std::vector<uint32_t> m_rows; // kept rows of the appearance embedding
     ScanResult m_scan;
     SourceHash m_hash;
     Partition m_partition;

@@ -16,7 +16,7 @@ namespace gsc {
 
 enum class SensitivityMode { None, Sampled }; // section SENS: left out, or the largest of six directions
 
-// Source of a file that is made from others: the checkpoint they came from, and what was taken away.
+// Source of a file made from other files: their checkpoint, and the changes.
 struct KnownSource {
     uint64_t hash = 0; // FileHeader::source_hash
     // JSON object: what the manifest says of "source", and keys that it has besides: "reduction" or "reductions" where
@@ -35,7 +35,7 @@ struct WriteOptions {
     SensitivityMode sensitivity = SensitivityMode::Sampled;
     uint64_t memory_budget = 0; // bytes for buffers, 0 = 1 GiB, or a quarter of memory if less
     std::optional<KnownSource> source;
-    // Called with where the finished file lies before it has its name; what it throws leaves the output as it was.
+    // Called with the path of the finished file before it gets its name; an exception leaves the output as it was.
     std::function<void(const std::string& path)> verify;
 };
 
@@ -48,8 +48,8 @@ struct WriteReport {
     uint64_t anchors = 0, dropped = 0, input_bytes = 0, output_bytes = 0;
     uint64_t levels = 0, chunks = 0, groups = 0, leaves = 0;
     bool exact_grid = false;        // positions stored as integers, every one bit-exact
-    Metre metre;                    // that the manifest states; units 0 = none could be derived
-    double sensitivity_seconds = 0; // of all threads together, part of the stage "chunks"
+    Metre metre;                    // stated in the manifest; units 0 = none could be derived
+    double sensitivity_seconds = 0; // CPU time of all threads together, part of the stage "chunks"
     std::vector<WriteStage> stages;
     std::vector<std::string> warnings;
 };

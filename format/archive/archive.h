@@ -14,7 +14,7 @@
 namespace gsc {
 
 struct ArchiveOptions {
-    int level = 3;   // of Zstandard, 1..19
+    int level = 3;   // compression level of Zstandard, 1..19
     int threads = 0; // 0: all cores. The bytes do not depend on it
 };
 
@@ -24,7 +24,7 @@ struct ArchiveSize {
 };
 
 struct ArchiveSizes {
-    uint64_t raw_bytes = 0, stored_bytes = 0; // of the files
+    uint64_t raw_bytes = 0, stored_bytes = 0; // bytes of the runtime file and of the archive
     std::vector<ArchiveSize> sections;        // in the order of the runtime file
 };
 
@@ -35,7 +35,7 @@ struct ArchiveSizes {
 ArchiveSizes writeArchive(std::span<const std::byte> file, const GscView& view, const std::string& path, bool overwrite,
                           const ArchiveOptions& options, const std::function<void(uint64_t, uint64_t)>& progress);
 
-// Does a file that starts like this say that it is an archive?
+// True if a file that starts with these bytes claims to be an archive.
 [[nodiscard]] bool isArchive(std::span<const std::byte> file);
 
 class Archive {
@@ -45,7 +45,7 @@ public:
     Archive(std::span<const std::byte> file, const IssueSink& sink);
 
     [[nodiscard]] bool isSound() const { return m_sound; }
-    [[nodiscard]] uint64_t rawBytes() const { return m_raw_bytes; } // of the runtime file
+    [[nodiscard]] uint64_t rawBytes() const { return m_raw_bytes; } // bytes of the runtime file
     [[nodiscard]] std::span<const ArchivePart> parts() const { return m_parts; }
 
     enum class Scope {

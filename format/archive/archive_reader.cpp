@@ -28,7 +28,7 @@ std::string partPlace(size_t part, const char* field)
     return place("parts", part, field);
 }
 
-// The list of parts, each inside what it says it lies in, and in proportion to what it stands for.
+// Checks the list of parts: each part lies in its section, and its size is in proportion to its stored bytes.
 bool checkParts(IssueLog& log, const ArchiveHeader& header, std::span<const ArchivePart> parts, uint64_t list_offset,
                 uint64_t data_bytes)
 {
@@ -37,7 +37,7 @@ bool checkParts(IssueLog& log, const ArchiveHeader& header, std::span<const Arch
     if (header.raw_bytes % kSectionAlign != 0)
         GSC_REPORT(log, ArchiveRawBytes, list_offset, "/parts/raw_bytes", header.raw_bytes);
     uint64_t raw_end = 0, end = 0;
-    std::set<uint32_t> seen; // of sections, which have one part each but ANCH
+    std::set<uint32_t> seen; // sections seen so far: each has one part, but ANCH has several
     for (size_t i = 0; i < parts.size() && !log.fatal(); ++i) {
         const ArchivePart& part = parts[i];
         const uint64_t at = list_offset + sizeof(ArchiveHeader) + i * sizeof(ArchivePart);
@@ -135,7 +135,7 @@ uint64_t Archive::decodedBytes(Scope scope) const
 
 bool Archive::decode(std::span<std::byte> out, Scope scope, int threads, const IssueSink& sink) const
 {
-    std::mutex mutex; // of all that follows
+    std::mutex mutex; // guards all that follows
     IssueLog log(sink);
     std::vector<SourceArray> sources;
     std::optional<size_t> inverse;

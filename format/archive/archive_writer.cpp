@@ -15,7 +15,7 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kPartsAtOnce = 8; // per thread: as many wait in memory for those before them
+constexpr size_t kPartsAtOnce = 8; // per thread, parts that wait in memory for earlier ones
 
 void checkGap(const std::string& path, std::span<const std::byte> file, uint64_t from, uint64_t to)
 {
@@ -99,7 +99,7 @@ ArchiveSizes writeArchive(std::span<const std::byte> file, const GscView& view, 
     std::memcpy(list.data(), &archive, sizeof(archive));
     std::memcpy(list.data() + sizeof(archive), parts.data(), parts.size() * sizeof(ArchivePart));
     writer.addSection(kSectionParts, list, parts.size());
-    FileHeader header = *view.header; // what says which model it is
+    FileHeader header = *view.header; // keeps the fields that identify the model
     header.profile = uint8_t(Profile::Archive);
     sizes.stored_bytes = writer.finish(header, 0);
     throwIfInterrupted();

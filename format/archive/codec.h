@@ -12,7 +12,7 @@
 
 namespace gsc {
 
-// Whether this build can read what the codec made (GSC_WITH_ZSTD). Unknown ones it cannot.
+// Whether this build can decode the codec (GSC_WITH_ZSTD). False for an unknown one.
 [[nodiscard]] bool hasCodec(Codec codec);
 [[nodiscard]] const char* codecName(Codec codec); // "?" for an unknown one
 
@@ -24,15 +24,15 @@ void joinPlanes(const std::byte* in, uint32_t element, uint32_t columns, std::sp
 // Keeps the library's memory from call to call; one per thread.
 class Coder {
 public:
-    explicit Coder(int level = 0); // of Zstandard, only for encoding
+    explicit Coder(int level = 0); // `level`: compression level of Zstandard, for encoding only
     ~Coder();
     Coder(Coder&&) noexcept;
     Coder& operator=(Coder&&) noexcept;
 
     // Appends the smaller of Zstd and Raw to `out`; true if that is Zstd.
     bool encode(std::span<const std::byte> raw, uint32_t element, uint32_t columns, std::vector<std::byte>& out);
-    // False if `stored` is not what encode() appends for as many bytes as `out` has. Precondition: `element` is 1, 2, 4
-    // or 8 and `out` is whole records.
+    // Returns false if `stored` is no result of encode() for as many bytes as `out` has. Precondition: `element` is 1,
+    // 2, 4 or 8 and `out` is whole records.
     bool decode(Codec codec, std::span<const std::byte> stored, uint32_t element, uint32_t columns,
                 std::span<std::byte> out);
 

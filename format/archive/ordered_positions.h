@@ -12,7 +12,7 @@
 
 namespace gsc {
 
-struct OrderedPositions { // of n anchors, in the order of (key, source)
+struct OrderedPositions { // positions of n anchors, in the order of (key, source)
     std::vector<uint64_t> keys;
     std::vector<uint16_t> flags;
     std::vector<uint32_t> sources;
@@ -25,7 +25,7 @@ struct OrderedPositions { // of n anchors, in the order of (key, source)
 bool orderPositions(std::span<const GridPosition> positions, std::span<const uint32_t> sources, uint32_t cell_log2,
                     OrderedPositions& out);
 
-// The anchors in their own order again. Precondition: as many keys, flags, sources and positions; keys ascend.
+// The anchors in their own order again. Precondition: equal numbers of keys, flags, sources and positions; keys ascend.
 void restorePositions(const OrderedPositions& ordered, uint32_t cell_log2, std::span<GridPosition> positions,
                       std::span<uint32_t> sources);
 

@@ -16,7 +16,7 @@ struct RawPart {
     uint32_t type;         // ArchivePart::type
     uint64_t raw_offset;   // in the runtime file
     uint64_t first_anchor; // ArchivePart::first_anchor
-    size_t chunk;          // of a chunk payload
+    size_t chunk;          // chunk that the payload belongs to
     std::span<const std::byte> bytes;
 };
 
@@ -35,8 +35,8 @@ public:
     // `level` is Zstandard's. Precondition of `view` as above; it must outlive this.
     PartEncoder(const GscView& view, int level);
 
-    // Gives back `part` when it is decoded: that is tried here, and what a codec does not give back, because the file has
-    // it otherwise than a bake writes it, is stored without that codec.
+    // Encodes, and tries whether decoding gives back `part`; if not, because a file has it otherwise than a bake writes
+    // it, the part is stored without this codec.
     [[nodiscard]] StoredPart encode(const RawPart& part);
 
 private:
@@ -74,7 +74,7 @@ public:
     // zero: it follows from other parts. The content is not compared with record.raw_checksum.
     PartFault decode(const ArchivePart& record, std::span<const std::byte> stored, std::span<std::byte> out);
 
-    [[nodiscard]] Codec faultCodec() const { return m_codec; } // of UnknownCodec and MissingCodec
+    [[nodiscard]] Codec faultCodec() const { return m_codec; } // codec that UnknownCodec or MissingCodec is about
     // isInverse() and sources() are of the part that decode() was last called for.
     [[nodiscard]] bool isInverse() const { return m_is_inverse; } // invertSources() makes it
     [[nodiscard]] const std::optional<SourceArray>& sources() const { return m_sources; }

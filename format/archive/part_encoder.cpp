@@ -16,7 +16,7 @@ struct Shape {
     uint32_t element, columns;
 };
 
-// Values of one kind per column: what a section's records are made of.
+// Values of one kind per column: the parts of a section's records.
 Shape sectionShape(uint32_t type)
 {
     switch (type) {

@@ -21,8 +21,8 @@ namespace gsc {
     return std::min(size_t(poolThreads(threads)), std::max<size_t>(1, count));
 }
 
-// Calls make() on each thread, and what it returns with each number in [0, count), ascending per thread. The first
-// exception reaches the caller, and no number is begun after it.
+// Calls make() on each thread, and the function it returns with each number in [0, count), ascending per thread. The
+// first exception reaches the caller, and no number is begun after it.
 template <typename Make>
 void onPartThreads(size_t count, int threads, const Make& make)
 {

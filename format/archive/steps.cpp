@@ -13,7 +13,7 @@ namespace gsc {
 namespace {
 
 constexpr int kLeastExponent = -126, kMostExponent = 127;
-constexpr size_t kTriedRecords = 256; // that say whether the rest is worth a look
+constexpr size_t kTriedRecords = 256; // records tried first: they decide whether the rest is tried
 
 struct Table {
     uint32_t columns = 0, span = 0;
@@ -227,7 +227,7 @@ bool decodeSteps(std::span<const std::byte> stored, uint32_t columns, Coder& cod
         !piece(header->mask_bytes, 1, std::as_writable_bytes(std::span(masks))))
         return false;
     const uint8_t* const masked = masks.empty() ? nullptr : masks.data();
-    // what has no step is zero or masked
+    // a value without a step is zero or masked
     for (size_t v = 0; masked != nullptr && v < table.values(); ++v)
         if (isMasked(masked, v))
             std::memcpy(out.data() + v * sizeof(float), &kMaskedOffset, sizeof(float));

@@ -17,7 +17,8 @@ namespace gsc {
 bool encodeSteps(std::span<const std::byte> raw, uint32_t columns, uint32_t span, bool masks, Coder& coder,
                  std::vector<std::byte>& out);
 
-// False if `stored` is not what encodeSteps() appends for as many bytes as `out` has. Takes memory in proportion to `out`.
+// Returns false if `stored` is no result of encodeSteps() for as many bytes as `out` has. Takes memory in proportion to
+// `out`.
 bool decodeSteps(std::span<const std::byte> stored, uint32_t columns, Coder& coder, std::span<std::byte> out);
 
 } // namespace gsc

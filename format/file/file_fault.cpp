@@ -36,7 +36,7 @@ extern "C" void onFileFault(int number, siginfo_t* info, void*)
     const FaultTexts* const texts = info->si_code > 0 ? faultTextsOf(info->si_addr) : nullptr;
     if (!texts) {
         ::sigaction(number, &g_before, nullptr); // the access is made again when this returns
-        if (info->si_code <= 0)                  // it was sent, there is no access
+        if (info->si_code <= 0)                  // a signal that another process sent, not a failed access
             ::raise(number);
         return;
     }

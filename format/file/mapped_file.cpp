@@ -87,7 +87,7 @@ std::unique_ptr<const FaultTexts> faultTexts(const std::string& path)
     const Error error(ErrorCode::Io, path, "became shorter while it was read, or its disk failed",
                       "a file that stays as it is", "write new versions under another name and rename them");
     const std::string message = error.what(), quoted = jsonQuoted(message);
-    // as errorJson() of the tools, which cannot run in a signal handler
+    // the JSON of errorJson() of the tools, which cannot run in a signal handler
     return std::make_unique<const FaultTexts>(FaultTexts{
         "error: " + message + "\n", R"({"event":"error","message":)" + quoted + "}\n",
         formatString(

@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The first by name of what replacing it would delete and is not the kind's own, empty if there is none.
+// First, by name, of the folder's entries that replacing would delete but that are not of its kind; empty if there is
+// none.
 std::string foreignEntry(const fs::path& folder, const FolderKind& kind)
 {
     std::string first;
@@ -65,7 +66,7 @@ NewFolder::NewFolder(const std::string& path, bool overwrite, const FolderKind& 
          parent = parent.parent_path())
         m_parents.push_back(parent);
     try {
-        fs::create_directories(m_final.parent_path(), error); // what fails shows in the next line
+        fs::create_directories(m_final.parent_path(), error); // the next line reports a failure
         m_work.emplace(m_final.string(), TemporaryKind::Folder, 0777);
     } catch (...) {
         removeParents();
@@ -108,14 +109,14 @@ void NewFolder::append(const std::string& relative, std::span<const std::byte> b
 void NewFolder::commit()
 {
     const std::string& work = m_work->path();
-    // at once where the system can; the old folder then has the temporary's name and goes with it
+    // exchanges both at once if the system can; the old folder then has the temporary's name, and is removed with it
     if (::renameat2(AT_FDCWD, work.c_str(), AT_FDCWD, m_final.c_str(), RENAME_EXCHANGE) == 0) {
         m_work.reset();
         m_parents.clear();
         return;
     }
     std::error_code error, ignored;
-    const fs::path old = work + ".old"; // no temporary: nobody removes it if this process is killed now
+    const fs::path old = work + ".old"; // no temporary: it would stay if this process is killed now
     const bool replaces = fs::exists(m_final, ignored);
     if (replaces)
         fs::rename(m_final, old, error);

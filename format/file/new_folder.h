@@ -16,25 +16,25 @@ namespace gsc {
 
 // Marks and entries by which a folder is known as one of ours, which may be replaced.
 struct FolderKind {
-    const char* what;                                   // "model folder", for messages
-    const char* made_by;                                // the command that makes such folders
-    const char* marks[2];                               // names of which one tells the kind; the second may be nullptr
-    bool (*is_own)(const std::filesystem::path& entry); // all else in it is somebody's work
+    const char* what;     // "model folder", for messages
+    const char* made_by;  // the command that makes such folders
+    const char* marks[2]; // names of files, one of which shows the kind; the second may be nullptr
+    bool (*is_own)(const std::filesystem::path& entry); // other entries belong to somebody else and are kept
 };
 
-// Work goes on in a temporary folder beside it; commit() renames that. Unless committed, the destructor removes it, and the
-// folders above it that were made for it.
+// Work is done in a temporary folder beside it; commit() renames that. Unless committed, the destructor removes it, and
+// the folders above it that were made for it.
 class NewFolder {
 public:
-    // Throws Error: Usage (the folder exists, is not empty and `overwrite` is off, or is not of the kind, or holds what is not
-    // its own), Io.
+    // Throws Error: Usage (the folder exists, is not empty and `overwrite` is off, or it is of another kind, or holds
+    // other files), Io.
     NewFolder(const std::string& path, bool overwrite, const FolderKind& kind);
     ~NewFolder();
     NewFolder(const NewFolder&) = delete;
     NewFolder& operator=(const NewFolder&) = delete;
 
     [[nodiscard]] std::string file(const std::string& relative) const; // creates the folders above it
-    // Behind what is in the file; a new one starts empty. Throws Error(Io).
+    // Appends to the file; a new one starts empty. Throws Error(Io).
     void append(const std::string& relative, std::span<const std::byte> bytes) const;
     void append(const std::string& relative, std::string_view text) const
     {
@@ -46,7 +46,7 @@ private:
     void removeParents() const;
 
     std::filesystem::path m_final;                // links followed
-    std::vector<std::filesystem::path> m_parents; // that it made, the innermost first
+    std::vector<std::filesystem::path> m_parents; // folders that this created, innermost first
     std::optional<Temporary> m_work;
 };
 

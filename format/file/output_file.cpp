@@ -20,7 +20,7 @@ namespace gsc {
 
 namespace {
 
-// Errno, 0 = all is written. `offset` below 0: behind what was written before.
+// Returns errno, 0 = all is written. `offset` below 0: append.
 int writeAll(int fd, int64_t offset, std::span<const std::byte> bytes)
 {
     while (!bytes.empty()) {
@@ -71,7 +71,7 @@ void giveName(const std::string& temporary, const std::string& target, const std
 } // namespace
 
 struct OutputFile::State {
-    std::string path, target; // as given, and with links followed; no target = standard output
+    std::string path, target; // path as given; target with links followed, empty = standard output
     bool overwrite = false, synced = false;
     std::optional<Temporary> temporary;
 };
@@ -84,7 +84,7 @@ OutputFile::OutputFile(const std::string& path, OutputKind kind, bool overwrite)
     if (isStandardOutput(path))
         return;
     m_state->target = resolveOutput(path);
-    // what replaces a file that others may not read is not readable meanwhile
+    // the new file is not readable by others either, from its start, if the old one is not
     struct stat info {};
     const bool exists = ::lstat(m_state->target.c_str(), &info) == 0;
     m_state->temporary.emplace(m_state->target, TemporaryKind::File, exists ? 0600 : 0666);
@@ -209,7 +209,7 @@ struct Descriptor {
     ~Descriptor() { ::close(fd); }
 };
 
-// Bytes of whole lines; `tail` is what follows them. -1 with errno on failure.
+// Returns the bytes of whole lines; `tail`: the rest behind them. -1 with errno on failure.
 int64_t wholeLines(int fd, std::string& tail)
 {
     struct stat info {};
@@ -250,7 +250,7 @@ void appendLine(const std::string& path, std::string_view line, std::string_view
         ::open(resolveOutput(path).c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW, 0666)};
     if (file.fd < 0)
         failOutput(path, "cannot be written", errno);
-    while (::flock(file.fd, LOCK_EX) != 0 && errno == EINTR) // where there are no locks one write is whole all the same
+    while (::flock(file.fd, LOCK_EX) != 0 && errno == EINTR) // without locks a single write is whole all the same
         ;
     std::string tail;
     int64_t size = wholeLines(file.fd, tail);

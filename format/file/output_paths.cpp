@@ -48,7 +48,7 @@ std::string identityOf(const std::string& path)
                         static_cast<unsigned long long>(info.st_ino)); // no resolved path starts with a digit
 }
 
-// A device is not to be replaced by a file, and what a descriptor is open on is not for us to rename.
+// A file must not replace a device, nor a file that a descriptor has open.
 void refuseSystemFolder(const std::string& path, const std::string& folder)
 {
     struct statfs system {};
@@ -121,7 +121,7 @@ std::string resolveOutput(const std::string& path)
 {
     if (path.empty())
         throw Error(ErrorCode::Io, "output", "the name is empty", "the name of a file", "give one");
-    constexpr int kMostLinks = 40; // as the kernel
+    constexpr int kMostLinks = 40; // links that the kernel follows at most
     std::string at = path;
     for (int links = 0; links <= kMostLinks; ++links) {
         while (at.size() > 1 && at.back() == '/') // lstat() would follow a link with a slash behind it

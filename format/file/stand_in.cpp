@@ -47,7 +47,7 @@ std::string statedSize(std::string_view pointer)
 
 void refusePointer(std::string_view text, uint64_t bytes, const std::string& path)
 {
-    // the first is what every version writes, the second was written before 1.0
+    // the first: every version; the second: versions before 1.0
     const bool known = text.starts_with("version https://git-lfs.github.com/spec/") ||
                        text.starts_with("version https://hawser.github.com/spec/") ||
                        text.starts_with("version http://git-media.io/v/");
@@ -63,7 +63,7 @@ void refusePage(std::string_view text, const std::string& path)
     for (const char* start : {"<!doctype html", "<html", "<head", "<body", "<!--", "<title", "<meta", "<script"})
         if (startsWithWord(text, start))
             kind = "a web page";
-    for (const char* start : {"<?xml", "<error>"}) // what storage services answer
+    for (const char* start : {"<?xml", "<error>"}) // error pages of storage services
         if (startsWithWord(text, start))
             kind = "an XML document";
     if (kind)
@@ -71,7 +71,7 @@ void refusePage(std::string_view text, const std::string& path)
                     "download the file itself, a server may have sent this instead");
 }
 
-// Does a text hold the word, whatever its letters' size?
+// True if a text holds the word, in letters of any case.
 bool holdsWord(std::string_view text, std::string_view lower)
 {
     for (; text.size() >= lower.size(); text.remove_prefix(1))
@@ -80,7 +80,7 @@ bool holdsWord(std::string_view text, std::string_view lower)
     return false;
 }
 
-// Is it one line that GitHub, Hugging Face or a storage service answers with instead of a file?
+// True if the text is one line that GitHub, Hugging Face or a storage service answers with instead of a file.
 bool isAnswer(std::string_view text)
 {
     for (const std::string_view line :
@@ -92,7 +92,7 @@ bool isAnswer(std::string_view text)
     return false;
 }
 
-// Is it such an answer as an object of JSON?
+// True if the text is such an answer as an object of JSON.
 bool isAnswerObject(std::string_view text)
 {
     if (!text.starts_with('{'))
@@ -124,7 +124,7 @@ std::string_view extensionOf(std::string_view path)
     return dot == std::string_view::npos ? name : name.substr(dot);
 }
 
-// One line of the letters of a path that ends as the name of the file does.
+// True for one line of characters of a path that ends with the file's own name: a symbolic link as text.
 void refuseLink(std::string_view text, uint64_t bytes, const std::string& path)
 {
     if (bytes > kMaxLink || bytes == 0 || text.size() != bytes)

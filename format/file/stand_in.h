@@ -10,7 +10,7 @@
 
 namespace gsc {
 
-constexpr size_t kStandInBytes = 1024; // that have to be seen of a file to tell
+constexpr size_t kStandInBytes = 1024; // bytes of a file's start that refuseStandIn() needs
 
 // Refuses a Git LFS pointer, a symbolic link that Git left as text, a web page or a server's "404: Not Found" saved
 // instead of a download, and a file that was compressed as a whole. `start` holds the first bytes of the file, kStandInBytes or all, `bytes` is its size.

@@ -37,7 +37,7 @@ struct Slot {
     std::atomic<uint32_t> version{0};
     char path[PATH_MAX] = {};
 };
-Slot g_slots[32]; // a command writes a handful at once; what finds no slot is left to the next run
+Slot g_slots[32]; // a command writes a handful at once; a file without a slot is left to the next run
 
 int takeSlot(const std::string& path)
 {
@@ -85,7 +85,7 @@ bool isTemporaryName(std::string_view name)
            name[name.size() - kDigits - 1] == '.';
 }
 
-// Is what `fd` has open still what `path` names?
+// True if `path` still names the file that `fd` has open.
 bool isNamed(int fd, const std::string& path, struct stat& info)
 {
     struct stat named {};
@@ -96,7 +96,7 @@ bool isNamed(int fd, const std::string& path, struct stat& info)
 void removeIfOwnerless(const std::string& path)
 {
     constexpr int kFlags = O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;
-    int fd = ::open(path.c_str(), O_RDWR | kFlags); // NFS locks only what may be written
+    int fd = ::open(path.c_str(), O_RDWR | kFlags); // NFS locks only files open for writing
     if (fd < 0 && errno == EISDIR)
         fd = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | kFlags);
     if (fd < 0)
@@ -203,7 +203,7 @@ void removeTemporaryFiles() noexcept
         if (!slot.taken || version % 2 != 0)
             continue;
         char path[PATH_MAX];
-        std::memcpy(path, slot.path, sizeof(path)); // its owner may be writing it at this moment: then it is let be
+        std::memcpy(path, slot.path, sizeof(path)); // the slot's owner may be writing it at this moment: leave it
         if (slot.version == version && path[0] != '\0')
             ::unlink(path);
     }

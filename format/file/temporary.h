@@ -22,8 +22,9 @@ public:
     Temporary& operator=(const Temporary&) = delete;
 
     [[nodiscard]] const std::string& path() const { return m_path; }
-    [[nodiscard]] int descriptor() const { return m_fd; } // of a file: to read and write; of a folder: its lock
-    // It has been renamed: nothing is left to remove.
+    // descriptor of a file, to read and write; or of a folder's lock
+    [[nodiscard]] int descriptor() const { return m_fd; }
+    // Call when it has been renamed: nothing is left to remove.
     void release() noexcept;
 
 private:

@@ -15,7 +15,7 @@ namespace {
 struct Hierarchy {
     bool second = false;            // version 2, which has all controllers in one tree
     std::string controllers;        // ",memory," of version 1
-    std::string folder, root = "/"; // where it is mounted, and which of its groups lies there
+    std::string folder, root = "/"; // mount point; the group that is mounted there
 };
 
 // This process's place in a tree; `controllers` is empty for version 2.
@@ -117,7 +117,7 @@ std::vector<std::string> wordsOf(const std::string& path)
     return words;
 }
 
-// "max" and what is no number limit nothing.
+// "max", and any word that is no number, is no limit.
 uint64_t limitOf(const std::vector<std::string>& words, size_t i = 0)
 {
     uint64_t value = 0;
@@ -127,7 +127,7 @@ uint64_t limitOf(const std::vector<std::string>& words, size_t i = 0)
     return value;
 }
 
-// Bytes of files among what a group uses, which the system lets go where memory is short.
+// Bytes of files in a group's memory, which the system frees when memory is short.
 uint64_t fileBytes(const std::string& folder, bool second)
 {
     std::ifstream file(folder + "memory.stat");

@@ -12,9 +12,10 @@ namespace gsc {
 struct CgroupLimits {
     uint64_t memory = std::numeric_limits<uint64_t>::max(); // bytes
     uint64_t memory_free =
-        std::numeric_limits<uint64_t>::max();             // before the system kills; without what is used but for files
-    uint64_t pids = std::numeric_limits<uint64_t>::max(); // processes and threads together
-    double processors = std::numeric_limits<double>::infinity(); // of time: 1.5 is one and a half
+        // left before the system kills the process; memory that only caches files counts as free
+        std::numeric_limits<uint64_t>::max();
+    uint64_t pids = std::numeric_limits<uint64_t>::max();        // processes and threads together
+    double processors = std::numeric_limits<double>::infinity(); // CPU time per time: 1.5 is one and a half processors
 };
 
 // `root` is a folder that stands for / (tests). A limit that cannot be read counts as none.

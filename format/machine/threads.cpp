@@ -20,7 +20,7 @@ namespace gsc {
 namespace {
 
 constexpr size_t kRoom = 32;   // threads that others may start without any check
-constexpr size_t kReserve = 8; // for libraries that start some when they are loaded, and single threads
+constexpr size_t kReserve = 8; // for libraries that start threads when they are loaded, and for single threads
 
 size_t threadsOfProcess()
 {

@@ -12,18 +12,19 @@
 
 namespace gsc {
 
-// How many more threads can be started now, at most `most`: it starts as many and lets them end. Microseconds for each.
+// Number of threads that can be started now, at most `most`: starts that many and lets them end. Takes microseconds for
+// each.
 size_t startableThreads(size_t most);
 
-// Threads of a pool that is asked for `threads` (0 = all usable processors), the caller's among them: as many where that
-// leaves dozens for others, else at most half of those that can be started. Found out once for a process.
+// Threads of a pool that asks for `threads` (0 = all usable processors), the caller's among them: that number if it
+// leaves dozens for others, else at most half of the threads that can be started. Computed once for a process.
 int poolThreads(int threads);
 
 // Does that leave fewer than dozens for others? A library that ends the process where it gets no thread must then start none.
 bool threadsAreShort(int threads);
 
-// While one lives on a thread, what starts threads there does without those that it does not get. Without it a program may
-// end where none can be started (runtime/cli/thread_guard.h).
+// While one lives on a thread, code there that starts threads continues with fewer if the system gives no more. Without
+// it the program may end (runtime/cli/thread_guard.h).
 class ThreadAttempt {
 public:
     ThreadAttempt() { ++count; }

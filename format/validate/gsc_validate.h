@@ -28,7 +28,7 @@ public:
 
 private:
     const IssueSink& m_sink;
-    std::array<uint32_t, 256> m_count{}; // by place in the table
+    std::array<uint32_t, 256> m_count{}; // issues of each number, by place in the table
     uint64_t m_errors = 0;
     bool m_fatal = false;
 };
@@ -45,7 +45,7 @@ struct Context {
     ByteView file;
     GscView& view;
     IssueLog& log;
-    Profile profile = Profile::Runtime; // that the file must have
+    Profile profile = Profile::Runtime; // profile that the file must have
 
     // The entry of a known section, null if absent. Unique after checkTable().
     [[nodiscard]] const SectionEntry* entry(uint32_t type) const;

@@ -10,7 +10,7 @@ namespace gsc::validate {
 
 namespace {
 
-constexpr uint32_t kMaxCameraSize = 32768; // pixels per axis, what a player renders
+constexpr uint32_t kMaxCameraSize = 32768; // largest size of a player's pictures, pixels per axis
 
 // False if a value is not finite.
 bool checkPose(Context& context, const CameraRecord& camera, uint64_t i, uint64_t at)

@@ -14,7 +14,7 @@ namespace {
 constexpr int32_t kMaxOrigin = 1 << 30; // origin + 16-bit local stays far inside int32_t
 
 struct Running {
-    uint64_t anchor, group, leaf; // where the next chunk starts
+    uint64_t anchor, group, leaf; // first anchor, group and leaf of the next chunk
     uint64_t anchor_end, group_end, leaf_end;
 };
 

@@ -11,7 +11,7 @@ namespace {
 constexpr uint64_t kGridMagic = 0x304244566f6e614e; // "NanoVDB0"
 constexpr uint32_t kGridMajor = 32;                 // NanoVDB's file-format version, OpenVDB 10.0
 constexpr uint64_t kGridAlign = 32;
-// of nanovdb::GridData (672 bytes) and the TreeData (64 bytes) that follows it
+// offsets in nanovdb::GridData (672 bytes) and the TreeData (64 bytes) that follows it
 constexpr uint64_t kGridVersionOffset = 16;
 constexpr uint64_t kGridSizeOffset = 32;
 constexpr uint64_t kLeafCountOffset = 672 + 32;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ANCH: what the chunk payloads hold, against everything the records say about it.
+// ANCH: checks the chunk payloads against the records about them.
 #include "format/numbers/compact.h"
 #include "format/validate/gsc_validate.h"
 #include <gsc/interrupt.h>
@@ -249,7 +249,7 @@ private:
             largest = std::isfinite(v) ? std::max(largest, std::fabs(v)) : largest;
         const int power = compactExponent(largest, bits);
         for (uint32_t c = 0; c < count; ++c) {
-            const double steps = std::ldexp(double(values[c]), -power); // by the largest there are not too many
+            const double steps = std::ldexp(double(values[c]), -power); // few enough if the largest has few
             if (std::isfinite(values[c]) && steps != std::nearbyint(steps))
                 GSC_REPORT(m_log, CompactValue, fileOffset(array, i) + 4 * c, where(i, name), name, c,
                            double(values[c]), power, (1 << bits) - 1);
@@ -291,7 +291,7 @@ private:
     uint32_t m_chunk_index;
     ChunkArrayLayout m_layout;
     std::span<const std::byte> m_payload;
-    uint64_t m_payload_at; // in the file
+    uint64_t m_payload_at; // offset of the payload in the file
     bool m_has_grid;
 };
 

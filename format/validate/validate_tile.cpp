@@ -17,7 +17,7 @@ void checkTile(Context& context)
     if (whole <= view.tile_rows.size() || whole > kMaxAnchors)
         GSC_REPORT(context.log, TileWhole, offset + offsetof(TileRecord, whole_anchors), "/tile/whole_anchors", whole,
                    uint64_t(view.tile_rows.size() + 1), kMaxAnchors);
-    uint64_t least = 0; // that a row may be
+    uint64_t least = 0; // least row number allowed
     for (uint64_t i = 0; i < view.tile_rows.size(); ++i) {
         const uint64_t row = view.tile_rows[i];
         if (row < least || row >= whole)

@@ -18,10 +18,10 @@ namespace {
 constexpr uint32_t kSlabBlock = 512; // threads, a bucket each
 static_assert(kDepthBuckets % (4 * kSlabBlock) == 0);
 constexpr uint32_t kThreads = 256;
-constexpr uint32_t kScatterBlocks = 6; // of a multiprocessor: 40 registers
+constexpr uint32_t kScatterBlocks = 6; // blocks per multiprocessor: 40 registers a thread
 constexpr uint32_t kWideBlocks = 8;
-// Splats of so many bins are not the work of the warp that meets them, which would be the last to end: near ones lie in
-// slots beside each other.
+// Splats of so many bins are dealt to all warps, since the warp that meets them would be the last to end: near splats
+// lie in slots beside each other.
 constexpr uint32_t kManyBins = 128, kWideParts = 4;
 
 // The part of all of a histogram's counts that lies before the middle of each bucket; never falls. Below zero if there are
@@ -112,7 +112,7 @@ __global__ void __launch_bounds__(kThreads) scatterWideKernel(const __grid_const
         uint32_t* cells = args.cells + size_t(slot / args.slot_capacity) * args.grid.cells() +
                           (args.pass.slab_of[depthBucket(place.depth_bits)] & (args.grid.slabs() - 1));
         const uint32_t bins = binCount(place.box);
-        constexpr uint32_t kAtOnce = 4, kStep = kWideParts * kThreads; // whose atomics are under way together
+        constexpr uint32_t kAtOnce = 4, kStep = kWideParts * kThreads; // atomics that a thread has under way at once
         for (uint32_t first = part % kWideParts * kThreads + threadIdx.x; first < bins; first += kAtOnce * kStep) {
             uint32_t at[kAtOnce];
 #pragma unroll

@@ -39,8 +39,8 @@ void countTiles(const BinArgs& args, size_t begin, size_t end, Splat* splats, ui
         const Ellipse ellipse = ellipseOf(splat);
         const uint32_t x0 = splat.x0 / kTileSize, x1 = splat.x1 / kTileSize;
         const uint32_t y0 = splat.y0 / kTileSize, y1 = splat.y1 / kTileSize;
-        // one row or column of tiles round the centre: the ellipse touches all of them, unless the image cuts its box, and
-        // then what is listed in excess draws nothing
+        // one row or column of tiles round the centre: the ellipse touches all of them, unless the image cuts its box;
+        // then some tiles list a splat that draws nothing there
         const bool fills = (x0 == x1 || y0 == y1) && splat.x >= splat.x0 && splat.x <= splat.x1 &&
                            splat.y >= splat.y0 && splat.y <= splat.y1;
         if (x1 - x0 < 2 && y1 - y0 < 2) { // most splats; counted without branches

@@ -12,19 +12,20 @@ struct CUstream_st;
 
 namespace gsc {
 
-// A list of so many keys is long: which pixels its splats touch is found before it is blended, in units of so many keys.
+// A list with at least this many keys is long: the pixels that its splats touch are found before it is blended, in
+// units of kTouchUnit keys.
 constexpr uint32_t kLongListBits = 10, kLongList = 1u << kLongListBits;
 constexpr uint32_t kTouchUnitBits = 11, kTouchUnit = 1u << kTouchUnitBits;
-constexpr uint32_t kFirstUnitsBits = 4,
-                   kFirstUnits = 1u << kFirstUnitsBits; // of a list: found before those behind them
+// units of a list whose pixels are found before those of later units
+constexpr uint32_t kFirstUnitsBits = 4, kFirstUnits = 1u << kFirstUnitsBits;
 
-constexpr uint32_t kWideSplats = 1u << 12; // of a pass, with many bins, for which there is a list
+constexpr uint32_t kWideSplats = 1u << 12; // most splats of a pass that touch many bins and get a list of their own
 
 // Part of a long list, for one of the eyes that read it.
 struct TouchUnit {
     uint32_t entry, eye;   // list x bins + bin; who reads it
     uint32_t number;       // in its list
-    uint32_t first, count; // of the keys
+    uint32_t first, count; // range of the keys
 };
 
 struct BinCudaArgs {
@@ -54,7 +55,7 @@ struct BinCudaArgs {
 struct SlabCudaArgs {
     const uint32_t* histogram; // kDepthBuckets: depths of the visible anchors
     uint16_t* slab_of;         // kDepthBuckets
-    uint32_t slabs;            // of all passes together
+    uint32_t slabs;            // slabs of all passes together
 };
 
 // Slabs of about equal load. Asynchronous.

@@ -12,10 +12,10 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kPieceWarps = 8; // of a block, a bin each
+constexpr uint32_t kPieceWarps = 8; // warps of a block, each with a bin of its own
 constexpr uint32_t kQueueThreads = 256;
 constexpr uint32_t kNotDrawn = kBinClasses; // class of a bin that no eye shows
-static_assert(kLensSquare == kBinWidth);    // and bins are as high or half as high
+static_assert(kLensSquare == kBinWidth);    // bins are as high or half as high
 
 // Does one of the eyes that read it show bin `bin` of all lists: among the columns that are drawn, which begin and end where
 // bins do, and behind its lens?
@@ -37,9 +37,9 @@ __device__ __forceinline__ bool isDrawn(const BinCudaArgs& args, const ColumnRan
     return drawn;
 }
 
-constexpr uint32_t kLaneCells = 4, kWarpCells = 32 * kLaneCells; // that are looked at together
+constexpr uint32_t kLaneCells = 4, kWarpCells = 32 * kLaneCells; // cells that a lane, and a warp, looks at together
 
-// Copies what every lane looks at of the ends of a bin's cells.
+// Copies the ends of a bin's cells that every lane looks at.
 __device__ __forceinline__ void copyCells(const uint32_t* cells, uint32_t slabs, uint32_t* copy)
 {
     constexpr uint32_t kAtOnce = 4; // reads under way
@@ -63,7 +63,7 @@ __device__ __forceinline__ void copyCells(const uint32_t* cells, uint32_t slabs,
 __device__ __forceinline__ uint32_t listRuns(uint32_t* cells, uint32_t slabs, uint32_t origin)
 {
     const uint32_t lane = threadIdx.x & 31u;
-    uint32_t count = 0, number_before = ~0u, end_before = origin; // of the cell before
+    uint32_t count = 0, number_before = ~0u, end_before = origin; // counts of the cell before
 #pragma unroll 1
     for (uint32_t first = 0; first < slabs; first += kWarpCells) {
         const bool is = first + lane * kLaneCells < slabs;
@@ -116,7 +116,7 @@ __global__ void __launch_bounds__(kPieceWarps * 32) pieceKernel(const __grid_con
     __shared__ uint32_t places[kPieceClasses], classes[kPieceWarps];
     const uint32_t warp = threadIdx.x / 32, lane = threadIdx.x & 31u, slabs = args.grid.slabs();
     const uint32_t bins = args.lists * args.grid.bins(), bin = blockIdx.x * kPieceWarps + warp;
-    const uint32_t first = min(bin, bins - 1) * slabs; // all is read before what tells whether it is needed
+    const uint32_t first = min(bin, bins - 1) * slabs; // all loads come first, before it is known which are needed
     uint32_t* const starts = reinterpret_cast<uint32_t*>(all_starts) + warp * slabs;
     const uint32_t origin = first == 0 ? 0u : loadNow(args.cells + first - 1),
                    end = loadNow(args.cells + first + slabs - 1);
@@ -184,10 +184,10 @@ public:
 
 private:
     uint32_t m_begin, m_end, m_each, m_sum; // m_each: units for one reader
-    uint32_t m_first = 0;                   // of the warp; the last lane's
+    uint32_t m_first = 0;                   // first place in the list, for the warp; of its last lane
 };
 
-// Notes what the pass needed of the buffers. Reads all before it writes any, so that it waits once.
+// Notes the buffer sizes that the pass needed. Reads all before it writes any, so that it waits once.
 __device__ __forceinline__ void countPass(const BinCudaArgs& args)
 {
     FrameCounters& counters = *args.counters;
@@ -217,12 +217,13 @@ __device__ __forceinline__ void countPass(const BinCudaArgs& args)
 __global__ void __launch_bounds__(kQueueThreads) queueKernel(const __grid_constant__ BinCudaArgs args)
 {
     constexpr uint32_t kLongClass = 31 - kLongListBits;
-    constexpr uint32_t kLongestClass = 31 - kTouchUnitBits - kFirstUnitsBits; // also those of kFirstUnits and no more
+    // class of bins that also has lists of exactly kFirstUnits units
+    constexpr uint32_t kLongestClass = 31 - kTouchUnitBits - kFirstUnitsBits;
     static_assert(kBinClasses == 33); // a lane each, and the empty bins behind them
     PassCounters& pass = args.counters->pass;
     const uint32_t bins = args.lists * args.grid.bins(), bin = blockIdx.x * kQueueThreads + threadIdx.x;
     const uint32_t lane = threadIdx.x & 31u,
-                   there = min(bin, bins - 1); // reads come before it is known what they are for
+                   there = min(bin, bins - 1); // loads come first, before it is known which are needed
     const uint32_t of_class = pass.bin_classes[lane], empty = pass.bin_classes[32],
                    its_class = loadNow(args.bin_class + there);
     const uint32_t* const its_cells = args.cells + (there << args.grid.slab_bits);
@@ -252,7 +253,7 @@ __global__ void __launch_bounds__(kQueueThreads) queueKernel(const __grid_consta
     SharedAtomic queued{};
     if (kind != kNotDrawn)
         queued = shareAtomic(pass.queued, kind);
-    const bool is_long = kind <= kLongClass && pairs <= args.pair_capacity; // with more it is drawn again
+    const bool is_long = kind <= kLongClass && pairs <= args.pair_capacity; // with more pairs the frame is drawn again
     const UnitList units(args, is_long ? its_begin : 0u, is_long ? its_end : 0u);
     if (kind != kNotDrawn) {
         args.bin_queue[before + queued.mine()] = bin;

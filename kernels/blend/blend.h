@@ -25,7 +25,7 @@ struct BlendArgs {
     float* image = nullptr; // height x width x 3, row 0 on top
     DepthRows<float> depth{};
     const SortKey* sorted = nullptr; // the splats' depths, where there are rows for them
-    ColumnRange columns{};           // of the image that are drawn
+    ColumnRange columns{};           // columns of the image that are drawn
     bool cost = false;               // FrameView::Cost: pixels take the colour of their evaluations
     LensShape lens{};                // tiles that it hides are not written
     // In place of a picture, per entry of a tile that is drawn: the squares of the splat's weights, transmittance times

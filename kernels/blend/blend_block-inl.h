@@ -25,7 +25,7 @@ namespace HWY_NAMESPACE {
 
 constexpr uint32_t kPixels = kTileSize * kTileSize;
 constexpr uint32_t kBlock = 4;                     // pixels
-constexpr uint32_t kBlockPixels = kBlock * kBlock; // and blocks per tile
+constexpr uint32_t kBlockPixels = kBlock * kBlock; // also the blocks of a tile
 constexpr uint32_t kBatch = 32;                    // splats whose blocks are found before the first of them is blended
 using SplatList = uint32_t;                        // a bit for each of them
 constexpr uint32_t kTogether = 3;                  // splats of a block whose falloffs do not wait for each other
@@ -43,7 +43,7 @@ constexpr bool findsDepths(Find find)
 struct TileState {
     HWY_ALIGN float transmittance[kPixels];
     HWY_ALIGN float red[kPixels], green[kPixels], blue[kPixels];
-    HWY_ALIGN float z[kPixels];                                   // with depths
+    HWY_ALIGN float z[kPixels];                                   // depths, if wanted
     HWY_ALIGN float block_x[kBlockPixels], block_y[kBlockPixels]; // first pixel of each block
     HWY_ALIGN float place_x[kBlockPixels], place_y[kBlockPixels]; // pixels of a block, from its first
     uint16_t undone[kBlockPixels];                                // per block, bit i: pixel i is not done
@@ -249,8 +249,8 @@ HWY_INLINE uint32_t blendVector(const SplatBatch& batch, const BlendRules& rules
 // Cholesky factors of the form of each splat of a batch, and bounds.
 struct SplatFactors {
     HWY_ALIGN float u_x[kBatch], u_y[kBatch], w_y[kBatch]; // u and w per pixel
-    HWY_ALIGN float least_u[kBatch], most_u[kBatch];       // of the places in a block
-    HWY_ALIGN float reach[kBatch];                         // of u^2 + w^2, where alpha is 1/255
+    HWY_ALIGN float least_u[kBatch], most_u[kBatch];       // range of u over the pixels of a block
+    HWY_ALIGN float reach[kBatch];                         // largest u^2 + w^2 with an alpha of 1/255 or more
 };
 
 // Finds the blocks that splat i may be drawn in, a bit each: those where the least u^2 and the least w^2 of the block,

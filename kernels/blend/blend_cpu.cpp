@@ -21,7 +21,7 @@
 namespace gsc {
 constexpr uint32_t kPatchX = 4, kPatchY = 4; // tiles of a task: their splats fit the second cache
 
-inline ColumnRange tileColumns(const BlendArgs& args) // that are drawn
+inline ColumnRange tileColumns(const BlendArgs& args) // tiles that are drawn
 {
     const ColumnRange pixels = args.columns.within(args.width);
     return {pixels.first / kTileSize, tileCount(pixels.end)};
@@ -157,7 +157,7 @@ uint64_t blendPatches(const BlendArgs& args, size_t first, size_t last)
                        : args.cost               ? blendTile<Find::Cost>
                        : args.depth.z != nullptr ? blendTile<Find::Depths>
                                                  : blendTile<Find::Colours>;
-    // gsplat's pixel is done where what goes on equals the bound, too
+    // gsplat's pixel is finished also when the remaining light equals the bound
     const float bound = args.rules.gsplat ? std::nextafter(args.rules.stop, 1.0f) : args.rules.stop;
     const D d;
     const float faintest = hn::GetLane(logOpacity(d, hn::Set(d, kOpacityFloor)));

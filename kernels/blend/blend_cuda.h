@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blending of all eyes on a device. How is told in kernels/blend/cuda/blend_kernel.cuh.
+// Blending of all eyes on a device. kernels/blend/cuda/blend_kernel.cuh explains it.
 #pragma once
 
 #include "kernels/bin/bin_cuda.h"
@@ -9,11 +9,11 @@ namespace gsc {
 
 // Units of a segment: the longest lists are cut into segments behind their first units (segments.cuh).
 constexpr uint32_t kSegmentUnits = 4;
-constexpr uint32_t kLoneWarps = 24; // of a multiprocessor, that blend them
+constexpr uint32_t kLoneWarps = 24; // warps per multiprocessor that blend long lists
 
-// Pixel of a segment. Segment 0 of a list holds the light that reaches the segments to come, and the colour so far. A
-// segment that is blended apart holds what it leaves of the whole light, and the colour it adds if all light reaches
-// it.
+// Pixel of a segment. Segment 0 of a list holds the light left for later segments, and the colour so far. A segment
+// that is blended apart holds the share of light that it lets through, and the colour it adds to a pixel that gets all
+// light.
 struct alignas(16) SegmentPixel {
     float color[3], transmittance;
 };
@@ -34,18 +34,19 @@ struct BlendCudaArgs {
     uint32_t width[kMaxEyes], height[kMaxEyes];
     LensShape lens[kMaxEyes];
     RasterConstants rules;
-    float lifted_cap, lifted_stop; // of `rules`, in the units of FastRules: FastRules::lifted()
+    float lifted_cap, lifted_stop; // cap and stop of `rules` in the units of FastRules: FastRules::lifted()
     float background[3];
     bool empty_is_black;
     const void* splats;      // PackedSplat or ExactSplat, all eyes
     const uint16_t* touches; // DecodeFrame::touches; null: splats have no codes
-    uint32_t slot_capacity;  // from an eye's splats to the next's
+    uint32_t slot_capacity;  // distance from an eye's first splat to the next eye's
     const uint32_t* cells;   // ends, from bin
     const uint32_t* bin_queue;
-    const uint32_t* bin_units; // from bin
+    const uint32_t* bin_units; // result of the stage bin
     const TouchUnit* touch_units;
-    uint32_t* touch;              // touchWords() per unit
-    uint32_t* unfinished;         // from bin: bit per sub-tile of a long list that goes on behind its first units
+    uint32_t* touch; // touchWords() per unit
+    // result of the stage bin; bit per sub-tile of a long list that still takes light behind its first units
+    uint32_t* unfinished;
     SegmentPixel* segments;       // segmentCapacity() x pixels of a bin
     uint32_t* segment_pairs;      // segmentCapacity() x pairs of a bin: first segments, as items of SegmentQueue
     uint32_t* segment_queue;      // segmentQueueWords()

@@ -10,14 +10,14 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kThreads = 256;
-constexpr uint32_t kLoads = 8; // of 16 bytes, in flight per thread
+constexpr uint32_t kLoads = 8; // loads of 16 bytes in flight per thread
 static_assert(kThreads * kLoads * sizeof(uint4) == kCeilingPieceBytes);
 
 // Independent chains per thread hide the latency of a step; the steps make a launch about a millisecond long.
 constexpr uint32_t kFmaChains = 8, kFmaSteps = 16384;
 constexpr uint32_t kExpChains = 4, kExpSteps = 4096;
 constexpr uint32_t kMmaChains = 8, kMmaSteps = 2048;
-constexpr double kMmaFlop = 2.0 * 16 * 8 * 16; // of one instruction, that is of a warp
+constexpr double kMmaFlop = 2.0 * 16 * 8 * 16; // operations of one instruction of a warp
 constexpr uint32_t kNever = 0xffffffffu;       // no result has these bits, but the compiler cannot know
 
 __device__ __forceinline__ uint32_t scramble(uint32_t v)
@@ -49,7 +49,7 @@ __device__ __forceinline__ void loadPiece(const uint4* source, uint4 (&words)[kL
         words[i] = __ldcs(source + firstWord() + i * kThreads);
 }
 
-// Keeps the compiler from dropping what `result` is made of.
+// Keeps the compiler from dropping the operations that `result` depends on.
 __device__ __forceinline__ void keep(uint32_t result, uint32_t* sink)
 {
     if (result == kNever)

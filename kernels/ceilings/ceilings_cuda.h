@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One kind of work at a time, as fast as the device does it: what the stages' times are measured against.
+// Measures one kind of work at a time, at the device's full speed, as the ceiling of the stages' times.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,11 @@ struct CUstream_st;
 
 namespace gsc {
 
-constexpr size_t kCeilingPieceBytes = 32768; // buffers are a multiple of it: what one block moves
+constexpr size_t kCeilingPieceBytes = 32768; // bytes that one block moves; buffers are a multiple of it
 
 // Device memory. Asynchronous, as all of these.
-void fillCuda(void* target, size_t bytes, CUstream_st* stream); // with numbers that no two places share
+// fills memory with numbers, each different from the others
+void fillCuda(void* target, size_t bytes, CUstream_st* stream);
 void copyCuda(const void* source, void* target, size_t bytes, CUstream_st* stream);
 void readCuda(const void* source, size_t bytes, uint32_t* sink, CUstream_st* stream);
 

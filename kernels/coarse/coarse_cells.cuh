@@ -9,7 +9,7 @@
 namespace gsc {
 
 constexpr uint32_t kCells = 704;     // places of cells: with all else 99 KiB of shared memory
-constexpr uint32_t kMostCells = 640; // of a copy
+constexpr uint32_t kMostCells = 640; // most cells of a copy
 constexpr uint32_t kAxisBits = 10, kAxisCells = 1u << kAxisBits; // cells of a group along an axis
 constexpr uint32_t kNoKey = ~0u;
 constexpr float kOne =
@@ -21,10 +21,10 @@ enum CellSum : uint32_t { kWeight = 0, kPlace = 1, kColor = 4, kMoment = 7, kSum
 
 struct CellSums {
     uint32_t keys[kCells];   // kNoKey: no cell
-    uint32_t orders[kCells]; // the least of what was joined
+    uint32_t orders[kCells]; // least emission order of the joined Gaussians
     int32_t sums[kSums][kCells];
-    uint16_t places[kMostCells]; // of cells, of those that fit
-    uint32_t count;              // of cells
+    uint16_t places[kMostCells]; // places on the grid of the cells that fit
+    uint32_t count;              // number of cells
 };
 
 // A group as its warps need it.
@@ -148,7 +148,7 @@ __device__ __forceinline__ CoarseGaussian joined(const CellSums& cells, const Ma
         out.position[i] = (group.base[i] + index + mean[i]) * group.frame.cell;
         out.color[i] = fminf(fmaxf(sum(kColor + i) * inverse, 0.0f), 1.0f);
     }
-    // rounding of the sums may take so much from a sum of squares: without it, what is faint could get any shape
+    // rounding of the sums may reduce a sum of squares so much: without this, a faint Gaussian could get any shape
     const float rounding = 3.0f * inverse + 1e-6f;
     float c[6];
     uint32_t at = 0;
@@ -157,7 +157,7 @@ __device__ __forceinline__ CoarseGaussian joined(const CellSums& cells, const Ma
 #pragma unroll
         for (int j = i; j < 3; ++j, ++at) {
             c[at] = sum(kMoment + at) * inverse - mean[i] * mean[j];
-            if (i == j) // no more than there can be of what is small, should sums not fit
+            if (i == j) // range that joined Gaussians can have; rounding may leave it
                 c[at] = fminf(fmaxf(c[at], 0.0f), 1.25f) + rounding;
         }
 #pragma unroll

@@ -48,7 +48,7 @@ HWY_INLINE V depthLanes(D d, V opacity)
     return hn::Neg(fineLog(d, hn::Sub(hn::Set(d, 1.0f), hn::Min(opacity, hn::Set(d, kLargestOpacity)))));
 }
 
-// How a Gaussian looks from a place: screenArea()'s arguments.
+// Arguments of screenArea() for a vector of Gaussians.
 struct SeenLanes {
     V trace, along, adjugate, scale;
 };
@@ -80,7 +80,7 @@ HWY_INLINE SeenLanes seenLanes(D d, const CoarseView& view, const V* position, c
     return seen;
 }
 
-constexpr float kFilter = 0.3f; // of the rasteriser, pixels squared
+constexpr float kFilter = 0.3f; // blur of the rasteriser, pixels squared
 
 // screenArea() of the lanes.
 HWY_INLINE V areaLanes(D d, const SeenLanes& seen)
@@ -108,7 +108,7 @@ struct Joining {
     const GaussianBlock& g;
     const JoinOrigins& origins;
     JoinScratch& scratch;
-    float edge, per_cell, base[3]; // of cells; cells in a world unit; first cell of the group's box
+    float edge, per_cell, base[3]; // edge of a cell; cells per world unit; first cell of the group's box
     uint32_t places, cells;
 
     HWY_INLINE void load(D d, size_t at, V* position, V* covariance) const
@@ -136,7 +136,7 @@ HWY_INLINE M isSmall(D d, const Joining& group, size_t at)
     return hn::And(hn::Lt(largest, hn::Set(d, group.edge)), hn::Eq(hn::Sub(sum, sum), hn::Zero(d)));
 }
 
-// The cell of a key, made where there is none.
+// Returns the cell of a key; makes it if there is none.
 HWY_INLINE uint32_t cellOf(Joining& group, uint32_t key, uint64_t order)
 {
     JoinScratch& scratch = group.scratch;
@@ -285,7 +285,7 @@ uint32_t joinGroup(const CoarseView& view, const GroupRecord& record, float edge
         if (const M mask = small(at); !hn::AllFalse(d, mask))
             gatherVector(d, group, at, mask);
     uint32_t count = group.cells;
-    // so that what fills up a vector is finite
+    // so that the padding of a vector is finite
     std::fill_n(scratch.cells.data() + size_t(count) * kCellRow, size_t(kMaxLanes) * kCellRow, 1.0f);
     std::fill_n(scratch.keys.data() + count, kMaxLanes, 0u);
     for (size_t first = 0; first < count; first += lanes)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coarse copies of groups on a CPU (README.md): what is due, and how a group becomes its copy. A copy is what projecting reads
-// (GaussianTiles): drawing it costs nothing else.
+// Coarse copies of groups on a CPU (README.md): which are due, and how a copy is made. A copy has the layout that projection
+// reads (GaussianTiles), so it is drawn without another conversion.
 #pragma once
 
 #include "kernels/coarse/coarse_rule.h"
@@ -10,34 +10,34 @@
 
 namespace gsc {
 
-// Kept of a group, beside the Gaussians of its copy.
+// State of a group, kept from frame to frame beside the Gaussians of its copy.
 struct KeptGroup {
     CoarseKey key{};
     CoarseKind kind = CoarseKind::Unknown;
     bool any_positive = false; // GaussianBlock
     uint32_t count = 0;        // Gaussians of its copy
-    uint32_t anchors = 0;      // that its copy was made of
-    uint32_t source = 0;       // Gaussians of these
-    uint64_t used = 0;         // frame that drew it last
-    uint64_t made = 0;         // frame that made it
+    uint32_t anchors = 0;      // anchors that its copy was made of
+    uint32_t source = 0;       // Gaussians of these anchors
+    uint64_t used = 0;         // frame that drew the copy last
+    uint64_t made = 0;         // frame that made the copy
 };
 
-// A power of two, at least twice as many as there can be cells.
+// Size of the hash table of cells: a power of two, at least twice the number of cells.
 inline uint32_t tablePlaces(uint32_t gaussians)
 {
     return std::bit_ceil(2 * gaussians + 2);
 }
 
-// A Gaussian of a copy: where it lies before they are ordered, and the least emissionOrder() of what it was made of.
+// A Gaussian of a copy: its index before sorting, and the least emissionOrder() of the Gaussians it was made of.
 struct OrderedGaussian {
     uint64_t order;
     uint32_t at;
 };
 
-// Where decoded Gaussians come from: emissionOrder() of their origins.
+// Origins of decoded Gaussians, for their emissionOrder().
 struct JoinOrigins {
-    const VisibleAnchor* anchors; // that were decoded
-    const uint32_t* source_index; // of their chunk
+    const VisibleAnchor* anchors; // decoded anchors
+    const uint32_t* source_index; // source index of each anchor of the chunk
     uint32_t n_offsets;
 
     [[nodiscard]] uint64_t order(uint16_t origin) const
@@ -46,24 +46,24 @@ struct JoinOrigins {
     }
 };
 
-constexpr uint32_t kCellRow = 16; // floats that a cell gathers, and some more
+constexpr uint32_t kCellRow = 16; // floats per cell, padded
 
-// One worker's.
+// Memory of one worker.
 struct JoinScratch {
     Buffer<float> cells;           // kCellRow each
-    Buffer<uint32_t> keys;         // of cells: place on the grid
+    Buffer<uint32_t> keys;         // place of each cell on the grid
     Buffer<uint32_t> table;        // cells by keys
     Buffer<float> tiles;           // the copy's Gaussians
-    Buffer<OrderedGaussian> order; // of them
+    Buffer<OrderedGaussian> order; // Gaussians in the order of their cells
 };
 
 void reserveJoin(uint32_t n_offsets, JoinScratch& scratch);
 
-// The Gaussians of a group's copy, in scratch; returns how many. `decoded`: all that the group shows from the view's centre,
-// decoded there. far: false where the group is near: there is no copy.
+// Joins a group's Gaussians into its copy, in `scratch`, and returns their number. `decoded`: all Gaussians of the group,
+// decoded at the view's centre. Sets far to false if the group is near and gets no copy.
 uint32_t joinGroupCpu(const CoarseView& view, const GroupRecord& record, float cell, const GaussianBlock& decoded,
                       const JoinOrigins& origins, JoinScratch& scratch, bool& far);
-// Copies it as it is kept: in emission order, so that those of equal depth need not be sorted. Fills the last tile up.
+// Writes the copy in emission order, so that Gaussians of equal depth need no sorting. Fills the last tile up.
 void storeCopy(const JoinScratch& scratch, uint32_t count, float* tiles);
 
 } // namespace gsc

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coarse copies of groups on a device (README.md): what is kept, what a frame decides, and its launches. Plain data, no
-// CUDA header.
+// Coarse copies of groups on a device (README.md): tables, the decisions of a frame, and launches. Plain data, no CUDA
+// header.
 //
-// A picture depends on nothing but the frames so far: not on the order of atomics, and not on how often a frame was
-// drawn again because a buffer was too small.
+// A picture depends only on the frames before it: not on the order of atomics, nor on how often a frame was drawn again
+// because a buffer was too small.
 #pragma once
 
 #include "kernels/coarse/coarse_rule.h"
@@ -15,22 +15,22 @@ struct CUstream_st;
 
 namespace gsc {
 
-constexpr uint32_t kPageGaussians = 32;     // one for each lane
-constexpr uint32_t kMostPages = 24;         // of a copy; what would take more is near
+constexpr uint32_t kPageGaussians = 32;     // a lane each
+constexpr uint32_t kMostPages = 24;         // most pages of a copy; a group that needs more is drawn as near
 constexpr uint32_t kCoarseUrgencies = 4096; // buckets, most urgent first
-constexpr uint32_t kCoarseAges = 1024;      // buckets of frames since a copy was drawn; the last: as many or more
-constexpr uint32_t kCoarseFewGroups = 2048; // a block decides about as many sooner than three more launches take
+constexpr uint32_t kCoarseAges = 1024;      // buckets of frames since a copy was drawn; the last holds all older ones
+constexpr uint32_t kCoarseFewGroups = 2048; // for so few groups one block is faster than three more launches
 constexpr uint32_t kNoPage = ~0u;
 
-// Kept of a group.
+// State of a group, kept from frame to frame.
 struct alignas(16) CoarseGroup {
     CoarseKey key;
     uint32_t kind;    // CoarseKind
     uint32_t count;   // Gaussians of its copy
-    uint32_t anchors; // that its copy was made of
-    uint32_t source;  // Gaussians of these
-    uint32_t used;    // frame that drew it last
-    uint32_t made;    // frame that made it, or found it near
+    uint32_t anchors; // anchors that its copy was made of
+    uint32_t source;  // Gaussians of these anchors
+    uint32_t used;    // frame that drew the copy last
+    uint32_t made;    // frame that made the copy, or found the group near
 };
 static_assert(sizeof(CoarseGroup) == 48);
 
@@ -39,10 +39,10 @@ GSC_HD uint32_t pagesOf(const CoarseGroup& group)
     return (group.count + kPageGaussians - 1) / kPageGaussians;
 }
 
-// A Gaussian of a copy, as two words that lie a page's length apart.
+// A Gaussian of a copy: two words, kPageGaussians words apart.
 //   place      x, y, z from the low bits on, 21 bits each, in steps of the group's box
 //   factor     L of the covariance L L^T in edges of a cell, halves: L00 L10, L20 L11, L21 L22
-//   color, opacity: steps of 1/65535; order: of emission, breaks depth ties
+//   color, opacity: steps of 1/65535; order: emission order, which breaks ties of depth
 struct alignas(16) CoarseWords {
     uint32_t word[4];
 };
@@ -52,37 +52,37 @@ struct CoarsePage {
 };
 static_assert(sizeof(CoarsePage) == 1024);
 
-// Zero between frames: who grants clears them.
+// Histograms of a frame. Zero between frames: coarseGrantCuda() clears them.
 struct CoarseBuckets {
     uint32_t urgencies[kCoarseUrgencies]; // groups
     uint32_t ages[kCoarseAges];           // pages
 };
 
-// Kept from frame to frame: a ring of pages that are free.
+// Ring of free pages, kept from frame to frame.
 struct CoarseRing {
-    unsigned long long taken, given; // since the reset; given - taken are free
+    unsigned long long taken, given; // counted from the reset; given - taken pages are free
 };
 
 struct CoarseTables {    // device pointers
-    CoarseGroup* groups; // of the model
+    CoarseGroup* groups; // groups of the model
     uint32_t* page_of;   // groups x kMostPages
     CoarsePage* pages;   // page_count
     uint32_t* ring;      // 2 x page_count
     uint32_t page_count, group_count;
-    uint32_t* near;    // groups: decoded for this frame: group | eyes << kAnchorBits
-    uint32_t* drawn;   // the same: from copies
-    uint32_t* wants;   // the same: to be made
-    uint32_t* urgency; // of the groups that are looked at, in their order: of those that are wanted the bucket
+    uint32_t* near;    // groups decoded for this frame: group | eyes << kAnchorBits
+    uint32_t* drawn;   // groups drawn from copies: group | eyes << kAnchorBits
+    uint32_t* wants;   // groups whose copies are to be made: group | eyes << kAnchorBits
+    uint32_t* urgency; // for each group that is looked at, in their order: bucket of urgency if a copy is wanted
     CoarseBuckets* buckets;
     CoarseRing* free;
 };
 
-// Changes from frame to frame beside FrameNow.
+// Values that change from frame to frame, beside FrameNow.
 struct CoarseNow : FrameNow {
     CoarseView view;
-    uint32_t frame;  // counts from 1; a frame drawn again has the same
-    uint32_t again;  // other than 0: it is
-    uint32_t budget; // groups that are made at most
+    uint32_t frame;  // counts from 1; a frame drawn again keeps its number
+    uint32_t again;  // not 0: the frame is drawn again
+    uint32_t budget; // most copies made in the frame
 };
 
 struct CoarseScheduleArgs {
@@ -93,7 +93,7 @@ struct CoarseScheduleArgs {
     uint32_t eye_count;
     RasterConstants rules;
     const uint32_t* visible_groups; // SelectCudaArgs
-    uint32_t* histogram;            // the same
+    uint32_t* histogram;            // SelectCudaArgs
     FrameCounters* frame;
     CoarseTables tables;
 };
@@ -120,7 +120,7 @@ inline void setNow(CoarseCudaArgs& args, const CoarseNow& now)
     args.frame = now.frame;
 }
 
-// FrameView::Detail and Age.
+// Arguments for FrameView::Detail and FrameView::Age.
 struct PaintCoarseArgs {
     using Now = CoarseNow;
 
@@ -141,22 +141,23 @@ inline void setNow(PaintCoarseArgs& args, const CoarseNow& now)
 void loadCoarseSchedule(bool few); // kCoarseFewGroups or fewer
 void loadCoarseMake(bool compact, bool bank);
 void loadCoarseDraw();
-// Forgets everything. Asynchronous, as all.
+// Forgets all copies. Asynchronous, as all functions below.
 void resetCoarseCuda(const CoarseTables& tables, uint32_t processors, CUstream_st* stream);
-// After the groups are selected, one after the other: how far each is off; which may be made; which copies go for others,
-// those drawn least recently; what is drawn, and how.
+// Called after selection, in this order: change of each group's copy; which copies are made; which copies give up their
+// pages, least recently drawn first; lists of what is drawn, and how.
 void coarseScheduleCuda(const CoarseScheduleArgs& args, uint32_t processors, CUstream_st* stream);
 void coarseGrantCuda(const CoarseScheduleArgs& args, CUstream_st* stream);
 void coarseEvictCuda(const CoarseScheduleArgs& args, uint32_t processors, CUstream_st* stream);
 void coarseListCuda(const CoarseScheduleArgs& args, uint32_t processors, CUstream_st* stream);
-void coarseDecideCuda(const CoarseScheduleArgs& args, CUstream_st* stream); // all four, of kCoarseFewGroups or fewer
-// Makes copies of what is wanted; what turns out to be near is listed there. shared_bytes: DecodeCudaArgs.
+void coarseDecideCuda(const CoarseScheduleArgs& args,
+                      CUstream_st* stream); // all four steps in one kernel, for kCoarseFewGroups or fewer
+// Makes the wanted copies; adds groups that turn out to be near to that list. shared_bytes: DecodeCudaArgs.
 void coarseMakeCuda(const CoarseCudaArgs& args, uint32_t processors, CUstream_st* stream);
-// Copies to splats. Once per pass.
+// Projects copies to splats. Called once per pass.
 void coarseDrawCuda(const CoarseCudaArgs& args, uint32_t processors, CUstream_st* stream);
-// After both: paints what they wrote.
+// Paints the splats that making and drawing wrote. Called after both.
 void paintCoarseCuda(const PaintCoarseArgs& args, uint32_t processors, CUstream_st* stream);
-// Slots that may stay unused by it, for one eye.
+// Most splat slots that drawing leaves unused, for one eye.
 uint32_t coarseDrawGaps(uint32_t processors, uint32_t slot_capacity);
 
 } // namespace gsc

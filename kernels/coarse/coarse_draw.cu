@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coarse copies to splats: what decode does after its networks. A warp draws a copy, a page at a time.
+// Projects coarse copies to splats, like decode after its networks. A warp draws a copy, a page at a time.
 #include "kernels/coarse/coarse_gaussian.cuh"
 #include "kernels/cuda/launch.cuh"
 #include "kernels/decode/fast/emit.cuh"

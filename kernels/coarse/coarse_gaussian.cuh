@@ -7,10 +7,10 @@
 
 namespace gsc {
 
-// A group's units: from where its places are counted, and in what its factors are.
+// A group's units: origin and step of its positions, and unit of its factors.
 struct CoarseFrame {
     float origin[3];
-    float step; // of a place
+    float step; // size of a step of positions, world units
     float cell;
 };
 
@@ -35,7 +35,8 @@ struct CoarseGaussian {
     uint32_t order;
 };
 
-// The factor of a covariance c: xx xy xz yy yz zz, positive definite but for rounding. least: what a pivot is at least.
+// Cholesky factor of a covariance c: xx xy xz yy yz zz, positive definite but for rounding. least: lower bound of a
+// pivot.
 __device__ __forceinline__ void factorOf(const float* c, float least, float* factor)
 {
     const float l00 = sqrtf(fmaxf(c[0], least * least)), inverse0 = __fdividef(1.0f, l00);
@@ -51,8 +52,8 @@ __device__ __forceinline__ void factorOf(const float* c, float least, float* fac
     factor[5] = l22;
 }
 
-// That of a rotation (row-major) and standard deviations, row by row: squares of what is long and thin would drown what
-// is thin.
+// Cholesky factor from a rotation (row-major) and standard deviations, row by row: the covariance of a long thin
+// Gaussian would round its thin axes away.
 __device__ __forceinline__ void factorOf(const float (&rotation)[9], const float* sigma, float* factor)
 {
     float rows[3][3], units[2][3] = {};

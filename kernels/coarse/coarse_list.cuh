@@ -8,7 +8,7 @@
 
 namespace gsc {
 
-// note: twice the pages, so that no place is written before what was taken from it has been read
+// note: room for twice the pages, so that a place is not written before its old page has been read
 __device__ __forceinline__ uint32_t ringRoom(const CoarseTables& tables)
 {
     return 2 * tables.page_count;
@@ -29,7 +29,7 @@ __device__ __forceinline__ void givePages(const CoarseTables& tables, uint32_t g
         tables.ring[ringPlace(tables, at, p)] = tables.page_of[size_t(group) * kMostPages + p];
 }
 
-// Counts a copy where select counts anchors: one for each eye and what an anchor gives.
+// Adds a copy to the depth histogram, as select adds anchors: for each eye, as many anchors as give that many Gaussians.
 __device__ __forceinline__ void addCoarseDepth(const FrameNow& now, uint32_t* histogram, const DeviceModel& model,
                                                uint32_t group, uint32_t eyes, uint32_t gaussians)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes a group from between the eyes and joins what is small of it: a block takes a group at a time, a warp 16 of its
-// anchors that are shown.
+// Decodes a group from between the eyes and joins its small Gaussians: a block takes a group at a time, a warp 16 of
+// its anchors that are shown.
 #include "kernels/coarse/coarse_cells.cuh"
 #include "kernels/coarse/coarse_list.cuh"
 #include "kernels/cuda/launch.cuh"
@@ -26,10 +26,10 @@ struct MakeShared {
     uint32_t pages[kMostPages];
     uint32_t shows[kWarps];           // bit per lane: the anchor that is the thread's is shown
     uint8_t shown[kGroupSize];        // anchors that are, from the group's first on
-    uint32_t alive, small, gaussians; // of the group
+    uint32_t alive, small, gaussians; // counts of the group
 };
 static_assert(kThreads == kGroupSize);
-static_assert(sizeof(MakeShared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
+static_assert(sizeof(MakeShared) <= 99 * 1024); // most that a block can have on compute capability 8.6, 8.9 and 12.0
 
 // fraction: levelShows()
 __device__ __forceinline__ bool showsAnchor(const CoarseCudaArgs& args, uint32_t level_index, const float4& placement,
@@ -163,7 +163,7 @@ __device__ __forceinline__ void makeStrip(const CoarseCudaArgs& args, MakeShared
         factorOf(rotation, active.sigma, large.factor);
         storeCoarse(args.tables.pages[shared.pages[to / kPageGaussians]], to % kPageGaussians, group.frame, large);
     }
-    __syncwarp(); // what is staged is used again
+    __syncwarp(); // before the staging memory is written again
     addOfWarp(&shared.alive, all, lane);
     addOfWarp(&shared.small, small, lane);
 }
@@ -279,7 +279,7 @@ __global__ void __launch_bounds__(kThreads, kBlocks) makeKernel(const __grid_con
                 atomicAdd(&counters.groups_near, 1u);
             }
         }
-        __syncthreads(); // what is shared is used again
+        __syncthreads(); // before shared memory is written again
     }
     if (__any_sync(~0u, positive) && lane < args.eye_count)
         atomicOr(&args.counters->any_positive[lane], 1u);

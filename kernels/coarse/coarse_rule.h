@@ -12,43 +12,43 @@
 
 namespace gsc {
 
-constexpr float kFarShare = 0.9f;       // of a group's Gaussians that are small: from there on it is far
-constexpr float kMostDirection = 0.03f; // change of the unit view direction that a full copy is good for
-constexpr float kFullCopy = 0.3f;       // share of the Gaussians it was made of that a full copy has, or more
-constexpr float kMostLasting = 8.0f;    // times as much that a copy of fewer is good for
-constexpr float kMostCloser = 0.3f;     // octaves of distance that the camera may come closer
-constexpr float kMostFurther = 0.75f;   // and leave
-// the same of a model with levels
+constexpr float kFarShare = 0.9f;       // a group is far if this share of its Gaussians is small
+constexpr float kMostDirection = 0.03f; // largest change of the unit view direction until a full copy is due
+constexpr float kFullCopy = 0.3f;       // a copy is full if it has this share of its sources' Gaussians, or more
+constexpr float kMostLasting = 8.0f;    // largest factor by which that bound grows for a copy that is not full
+constexpr float kMostCloser = 0.3f;     // octaves of distance that the camera may come closer until a copy is due
+constexpr float kMostFurther = 0.75f;   // octaves of distance that the camera may move away until a copy is due
+// both bounds for a model with levels
 constexpr float kMostCloserOfLevels = 0.08f, kMostFurtherOfLevels = 0.15f;
-constexpr float kMostLevels = 0.1f; // of FrameOptions::lod_bias
-constexpr float kMostFine = 0.5f;   // octaves of pixels that cells may be too large with foveation: where a gaze comes
-constexpr float kMostGross = 1.5f;  // and too small: where it has gone
-constexpr float kStaleMost = 2.0f;  // of these bounds: a copy that is further off is not drawn
-constexpr float kNearAgain = 1.2f;  // a group that was near is looked at again when its cells are as much larger
-constexpr float kLargestOpacity = 0.99f; // that blending takes
+constexpr float kMostLevels = 0.1f;      // largest change of FrameOptions::lod_bias until a copy is due
+constexpr float kMostFine = 0.5f;        // foveation: octaves by which cells may be too large, where the gaze arrives
+constexpr float kMostGross = 1.5f;       // foveation: octaves by which cells may be too small, where the gaze has left
+constexpr float kStaleMost = 2.0f;       // in these bounds: a copy with a larger change is not drawn
+constexpr float kNearAgain = 1.2f;       // a near group is tested again when its cells have grown by this factor
+constexpr float kLargestOpacity = 0.99f; // largest opacity that blending takes
 
 enum class CoarseKind : uint32_t { Unknown = 0, Far = 1, Near = 2 };
 
-// From where a frame makes copies, and what its cells follow.
+// Viewpoint for which a frame makes copies, and the sizes of its cells.
 struct CoarseView {
-    float center[3];                 // between the eyes, world units
-    float pixel_at_one;              // what a pixel of the finer eye spans at distance 1, in the middle of its image
-    float cell_at_one;               // edge of a cell at distance 1: detail times that
-    float half_distance;             // between the eyes, world units
-    float lod_bias;                  // FrameOptions
-    float level_center[3];           // from where levels are chosen: LodLag
-    float most_closer, most_further; // octaves of distance that a copy is good for
-    float coarsest;   // of cells where no eye looks, in squares of `detail`; 0: they are the same everywhere
-    float gaze[2][3]; // in the world; of one eye twice
+    float center[3];       // between the eyes, world units
+    float pixel_at_one;    // width of a pixel of the finer eye at distance 1, in the middle of its image, world units
+    float cell_at_one;     // edge of a cell at distance 1: detail times pixel_at_one
+    float half_distance;   // half the distance between the eyes, world units
+    float lod_bias;        // FrameOptions
+    float level_center[3]; // viewpoint that levels are chosen from: LodLag
+    float most_closer, most_further; // kMostCloser, kMostFurther, or those of levels
+    float coarsest;                  // square of the factor that cells grow by where no eye looks; 1 or less: none grow
+    float gaze[2][3];                // unit vectors in the world; one eye: twice the same
 };
 
-// Cells that a group wants.
+// Size of a group's cells.
 struct CoarseCell {
-    float edge;   // world units, before it becomes a power of two
-    float pixels; // the edge at the group's nearest Gaussian: `detail`, or more with foveation
+    float edge;   // world units, not yet rounded to a power of two
+    float pixels; // the edge on the screen at the group's nearest Gaussian: `detail`, or more with foveation
 };
 
-// View that a group was last made for, or looked at for.
+// View for which a group's copy was made, or the group was found near.
 struct CoarseKey {
     float center[3]; // CoarseView
     CoarseCell cell;
@@ -60,8 +60,8 @@ GSC_HD CoarseKey keyOf(const CoarseView& view, const CoarseCell& cell)
     return {{view.center[0], view.center[1], view.center[2]}, cell, view.lod_bias};
 }
 
-// View that copies are made from. levels: of a model whose anchors come and go with distance. Precondition: eye_count is 1
-// or 2, detail is above 0.
+// View that a frame makes copies for. levels: the model has levels of detail. Precondition: eye_count is 1 or 2, detail is
+// above 0.
 inline CoarseView coarseView(const EyeParams* eyes, const EyeParams* level_eyes, uint32_t eye_count, float detail,
                              float lod_bias, bool levels)
 {
@@ -86,8 +86,8 @@ inline CoarseView coarseView(const EyeParams* eyes, const EyeParams* level_eyes,
     return view;
 }
 
-// With foveation. gaze: unit vectors in the spaces of the eyes; finest: variance in pixels^2 of the finest Gaussian where no
-// eye looks. A cell that is evenly full has a twelfth of its edge's square.
+// Adds foveation to `view`. gaze: unit vectors in the spaces of the eyes; finest: variance in pixels^2 of the finest
+// Gaussian where no eye looks. The variance of an evenly full cell is its edge^2 / 12.
 inline void foveate(const EyeParams* eyes, uint32_t eye_count, const float (*gaze)[3], float finest, CoarseView& view)
 {
     const float detail = view.cell_at_one / view.pixel_at_one;
@@ -111,8 +111,8 @@ GSC_HD float boxDistance(const float* box_min, const float* box_max, const float
     return std::sqrt(square);
 }
 
-// Factor by which a group's cells are larger than `detail`: they are as fine as an eye tells apart (foveation.h) at the
-// group's point that is nearest to the gaze. 1 without foveation.
+// Factor by which a group's cells are larger than `detail`: as large as an eye does not notice (foveation.h) at the group's
+// point nearest to the gaze. 1 without foveation.
 GSC_HD float cellGrowth(const CoarseView& view, const float* box_min, const float* box_max)
 {
     if (view.coarsest <= 1)
@@ -128,13 +128,14 @@ GSC_HD float cellGrowth(const CoarseView& view, const float* box_min, const floa
     if (radius >= square)
         return 1;
     const float cosine = minNumber(maxNumber(along[0], along[1]) / std::sqrt(square), 1.0f);
-    const float sine = std::sqrt(maxNumber(1 - cosine * cosine, 0.0f)), ring = radius / square; // its sine, squared
+    // ring: squared sine of the angle that the box spans
+    const float sine = std::sqrt(maxNumber(1 - cosine * cosine, 0.0f)), ring = radius / square;
     const float cosine_ring = std::sqrt(1 - ring);
     const float nearest = cosine >= cosine_ring ? 1 : cosine * cosine_ring + sine * std::sqrt(ring);
     return std::sqrt(maxNumber(finestVariance(nearest, view.coarsest), 1.0f));
 }
 
-// A group's pixels are finest at its nearest Gaussian.
+// Cells of a group, sized at its nearest Gaussian.
 GSC_HD CoarseCell wantedCell(const CoarseView& view, const float* box_min, const float* box_max)
 {
     const float growth = cellGrowth(view, box_min, box_max);
@@ -142,13 +143,13 @@ GSC_HD CoarseCell wantedCell(const CoarseView& view, const float* box_min, const
             view.cell_at_one / view.pixel_at_one * growth};
 }
 
-// The power of two at or below, as its exponent. Precondition: cell is above 0 and finite.
+// Exponent of the largest power of two that is not above `cell`. Precondition: cell is above 0 and finite.
 GSC_HD int cellExponent(float cell)
 {
     return int(__builtin_bit_cast(uint32_t, cell) >> 23 & 255u) - 127;
 }
 
-// Does the eye surely see every anchor of a group? A copy of one that it sees in part would show the rest, too.
+// True if the eye surely sees every anchor of a group. A copy of a group that is seen in part would show all of it.
 GSC_HD bool seesAll(const EyeParams& eye, float near_z, const GroupRecord& group)
 {
     const Vec3<float> c{0.5f * (group.anchor_min[0] + group.anchor_max[0]),
@@ -160,7 +161,8 @@ GSC_HD bool seesAll(const EyeParams& eye, float near_z, const GroupRecord& group
     const float radius = std::sqrt(hx * hx + hy * hy + hz * hz) * 1.001f + size * 4e-6f;
     const Vec3<float> t = viewPoint<float>(eye, c);
     const auto inside = [&](float along, float focal, float middle, float pixels) {
-        const float half = 0.5f * pixels - 1.0f, off = focal * middle; // of the image, less a pixel
+        // half the image, less a pixel; its middle off the axis
+        const float half = 0.5f * pixels - 1.0f, off = focal * middle;
         const float normal = std::sqrt(focal * focal + (half + std::fabs(off)) * (half + std::fabs(off)));
         return std::fabs(along * focal - t.z * off) + radius * normal <= t.z * half;
     };
@@ -168,16 +170,16 @@ GSC_HD bool seesAll(const EyeParams& eye, float near_z, const GroupRecord& group
            inside(t.y, eye.focal_y, eye.tan_mid_y, float(eye.height));
 }
 
-// Change of direction that a copy of `count` Gaussians, made of `source`, is good for. One of fewer is blurred more, so that
-// it may turn more before that is what shows.
+// Largest change of direction until a copy of `count` Gaussians, made of `source`, is due. A copy of fewer Gaussians is
+// more blurred, so that it may turn more before the turn is visible.
 GSC_HD float mostDirection(uint32_t count, uint32_t source)
 {
     const float lasts = kFullCopy * float(source) / maxNumber(float(count), 1.0f);
     return kMostDirection * minNumber(maxNumber(lasts, 1.0f), kMostLasting);
 }
 
-// How far a copy is off, 1 = due to be made anew: the largest of its changes by their bounds. cell: wantedCell() now. One of
-// finer cells or more levels than are wanted is drawn until it is made anew: nothing is missing in it.
+// Change of the view since a copy was made: the largest of several, each divided by its bound; above 1 the copy is due.
+// cell: wantedCell() now. A copy with finer cells or more levels than wanted stays usable (kStaleMost): nothing is missing.
 GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, const CoarseCell& cell, const float* box_min,
                           const float* box_max, float most_direction = kMostDirection)
 {
@@ -194,10 +196,10 @@ GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, const Co
         const float change = now[i] * inverse_a - then[i] * inverse_b;
         turned += change * change;
     }
-    // the eyes see it from either side
+    // each eye is half their distance off the middle
     const float direction = (std::sqrt(turned) + view.half_distance * inverse_a) / most_direction;
     const float grown = view.coarsest > 1 ? std::log2(cell.pixels) - std::log2(key.cell.pixels) : 0;
-    const float octaves = std::log2(cell.edge) - std::log2(key.cell.edge) - grown; // of distance
+    const float octaves = std::log2(cell.edge) - std::log2(key.cell.edge) - grown; // change of distance, in octaves
     const auto of = [](float change, float less, float more) {
         return change < 0 ? -change / less : minNumber(change / more, kStaleMost);
     };
@@ -205,18 +207,18 @@ GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, const Co
     const float more = (view.lod_bias - key.lod_bias) * (1.0f / kMostLevels);
     const float levels = more < 0 ? minNumber(-more, kStaleMost) : more;
     const float change = maxNumber(maxNumber(direction, size), levels);
-    return change < 1e6f ? change : 1e6f; // NaN, too: from within a box, or on its middle
+    return change < 1e6f ? change : 1e6f; // also for NaN: the view lies in the box or in its middle
 }
 
 // A frame's decision about a group that it sees.
 struct CoarseLook {
     CoarseCell cell;
-    float change; // of its copy, 1 = due; infinite without one
-    bool draws;   // its copy may be drawn as it is
-    bool due;     // it should be made, or made anew
+    float change; // change since its copy was made, 1 = due; infinite without a copy
+    bool draws;   // the copy may be drawn as it is
+    bool due;     // a copy should be made, or made anew
 };
 
-// shows_all: the eyes see all of the group. Kept: has the members key, kind, count and source of what is kept of it.
+// shows_all: the eyes see all of the group. Kept: the group's state, with members key, kind, count and source.
 template <typename Kept>
 GSC_HD CoarseLook coarseLook(const CoarseView& view, const GroupRecord& record, const Kept& kept, bool shows_all)
 {
@@ -229,14 +231,14 @@ GSC_HD CoarseLook coarseLook(const CoarseView& view, const GroupRecord& record, 
     CoarseLook look{cell, kind == CoarseKind::Far ? change(kept.key, most) : INFINITY, false, false};
     look.draws = shows_all && look.change <= kStaleMost;
     const bool can_be_far =
-        shows_all && cell.edge > 0 && change(keyOf(view, cell)) <= 1; // a copy made now is within any bound
+        shows_all && cell.edge > 0 && change(keyOf(view, cell)) <= 1; // a copy made now would meet every bound
     look.due = can_be_far && (kind == CoarseKind::Near ? cell.edge > kNearAgain * kept.key.cell.edge : look.change > 1);
     return look;
 }
 
-// Area of a Gaussian on the screen as a point sees it, pixels squared, with the rasteriser's own filter. It lies `direction`
-// (unit) away, where a world unit spans `scale` pixels. Its covariance C, world units, has this trace; along: direction C
-// direction; adjugate: direction adj(C) direction.
+// Area of a Gaussian on the screen, pixels squared, with the rasteriser's filter; seen along the unit vector `direction`,
+// where a world unit spans `scale` pixels. Arguments of its covariance C, world units: trace; along: direction C direction;
+// adjugate: direction adj(C) direction.
 GSC_HD float screenArea(float trace, float along, float adjugate, float scale)
 {
     const float s = scale * scale, filter = 0.3f;
@@ -244,8 +246,8 @@ GSC_HD float screenArea(float trace, float along, float adjugate, float scale)
     return std::sqrt(maxNumber(det, filter * filter));
 }
 
-// Light of a Gaussian on the screen, what joining adds up: its optical depth times the area it covers. Blending draws
-// nothing below an opacity of 1/255: of a depth that is little more, little is drawn.
+// Joining adds up the light of Gaussians: optical depth times area on the screen. Blending draws nothing below an opacity of
+// 1/255, so little of a depth just above this is drawn.
 constexpr float kUndrawnDepth = 1.0f / 255.0f;
 
 GSC_HD float opticalDepth(float opacity)
@@ -253,24 +255,24 @@ GSC_HD float opticalDepth(float opacity)
     return -std::log(1.0f - minNumber(opacity, kLargestOpacity));
 }
 
-// Factor by which the area of what is joined grows where its optical depth in the middle is more than blending takes: a
-// profile 1 - exp(-depth g) covers Ein(depth) times the area of g, which is 0.5772 + log(depth) for depths above 4.
+// Factor by which a joined Gaussian's area grows if the optical depth in its middle is more than blending takes: a
+// profile 1 - exp(-depth g) covers Ein(depth) times the area of g, and Ein(depth) is 0.5772 + log(depth) for depths above 4.
 constexpr float kEuler = 0.577216f;
-constexpr float kMostDepth = 4.605170f, kMostCover = kEuler + 1.527180f; // of kLargestOpacity
+constexpr float kMostDepth = 4.605170f, kMostCover = kEuler + 1.527180f; // optical depth and cover at kLargestOpacity
 
 GSC_HD float widening(float depth)
 {
     return depth > kMostDepth ? (kEuler + std::log(depth)) * (1.0f / kMostCover) : 1.0f;
 }
 
-// Factor of a covariance after which what covers `area` (screenArea()) covers `wanted`, at least `area`. Large where the
-// covariance covers nothing.
+// Factor of a covariance that makes its Gaussian cover `wanted` on the screen (screenArea()), which is at least what it
+// covers now. Very large if the covariance covers nothing.
 GSC_HD float growth(float trace, float along, float adjugate, float scale, float wanted)
 {
     const float s = scale * scale, filter = 0.3f;
     const float linear = filter * s * (trace - along), more = wanted * wanted - filter * filter;
     return 2.0f * more / (linear + std::sqrt(linear * linear + 4.0f * s * s * adjugate * more));
 }
-constexpr float kMostGrowth = 20.0f; // more than that is of what covers nothing
+constexpr float kMostGrowth = 20.0f; // a larger factor means that the covariance covers nothing
 
 } // namespace gsc

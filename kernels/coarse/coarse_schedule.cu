@@ -10,7 +10,8 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kThreads = 256;
-// Buckets of urgency: what cannot be drawn from a copy, in an order of the frame's own; copies that are off, worst first.
+// Buckets of urgency: first groups that cannot be drawn from a copy, in an order of the frame's own; then due copies,
+// the largest change first.
 constexpr uint32_t kUnseen = 1024, kStale = 3072;
 static_assert(kUnseen + kStale == kCoarseUrgencies);
 constexpr uint32_t kNothing = kCoarseUrgencies; // is wanted
@@ -111,7 +112,8 @@ __device__ __forceinline__ void lookAtAll(const CoarseScheduleArgs& args)
     }
 }
 
-// The largest `end` for which the buckets before it have `most` together or less; clears them. One block of 1024 threads.
+// Returns the largest `end` for which the buckets before it have `most` together or less; clears the buckets. One block
+// of 1024 threads.
 template <uint32_t kBuckets>
 __device__ __forceinline__ uint32_t bucketsWithin(uint32_t* buckets, uint32_t most, bool reversed)
 {
@@ -148,7 +150,7 @@ __device__ __forceinline__ uint32_t bucketsWithin(uint32_t* buckets, uint32_t mo
     return result;
 }
 
-// One block of 1024 threads.
+// Grants copies and chooses those to evict. One block of 1024 threads.
 __device__ __forceinline__ void grant(const CoarseScheduleArgs& args)
 {
     CoarseCounters& counters = args.frame->coarse;
@@ -163,12 +165,12 @@ __device__ __forceinline__ void grant(const CoarseScheduleArgs& args)
     if (threadIdx.x != 0)
         return;
     counters.granted_before = granted;
-    // one bucket more than fits; what the frame before drew stays
+    // one bucket more than fits; copies that the frame before drew stay
     counters.evicted_from =
         missing != 0 && args.now.again == 0 ? max(kCoarseAges - min(within + 1, kCoarseAges), 2u) : 0u;
 }
 
-// note: apart from listing, which notes what is drawn
+// note: separate from listing, which marks the copies that are drawn
 __device__ __forceinline__ void evict(const CoarseScheduleArgs& args)
 {
     const CoarseTables& tables = args.tables;
@@ -201,7 +203,7 @@ __device__ __forceinline__ void listAll(const CoarseScheduleArgs& args)
             is_drawn = !is_wanted && looked.draws;
             if (!is_wanted && !is_drawn) {
                 ++near;
-                // grossly off: it has to be made anew in any case
+                // far beyond its bound: it must be made anew in any case
                 if (kept.count != 0 && looked.change > kStaleMost && args.now.again == 0) {
                     givePages(tables, looked.group, pagesOf(kept));
                     tables.groups[looked.group] = CoarseGroup{};
@@ -256,7 +258,7 @@ __global__ void __launch_bounds__(kThreads) listKernel(const __grid_constant__ C
     listAll(args);
 }
 
-// All of it, of few groups. One block of 1024 threads.
+// All four steps, for few groups. One block of 1024 threads.
 __global__ void __launch_bounds__(1024) decideKernel(const __grid_constant__ CoarseScheduleArgs args)
 {
     lookAtAll(args);

@@ -12,7 +12,7 @@ namespace gsc {
 // Size and place of Gaussians that an anchor makes, before its networks.
 struct AnchorShape {
     float step[3];   // world units per step of an offset
-    float extent[3]; // of its Gaussians
+    float extent[3]; // extent of its Gaussians along the axes
 };
 
 template <bool kCompact>

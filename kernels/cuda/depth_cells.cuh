@@ -10,7 +10,7 @@
 
 namespace gsc {
 
-// 1024 buckets per octave from 2^-4 to 2^28; what lies outside shares the first and the last.
+// 1024 buckets per octave from 2^-4 to 2^28; depths outside share the first and the last.
 __device__ __forceinline__ uint32_t depthBucket(uint32_t depth_bits)
 {
     const int bucket = int(depth_bits >> 13) - ((127 - 4) << 10);
@@ -23,13 +23,13 @@ __device__ __forceinline__ uint32_t binCount(uint32_t box)
     return ((box >> 16 & 255u) - (box & 255u) + 1) * ((box >> 24) - (box >> 8 & 255u) + 1);
 }
 
-// Pass in which what lies at view z is drawn; behind the eye and not a number: the first.
+// Pass that draws view depth z; depths behind the eye or not a number: the first.
 __device__ __forceinline__ uint32_t passOf(const DepthPass& pass, const BinGrid& grid, float z)
 {
     return pass.slab_of[depthBucket(__float_as_uint(fmaxf(z, 0.0f)))] >> grid.slab_bits;
 }
 
-// Can an anchor at `p` have Gaussians in this pass? reach: how far from it they are at most. Widened by more than
+// True if an anchor at `p` can have Gaussians in this pass. reach: their largest distance from it. Widened by more than
 // rounding moves a point of that size on its way to view z.
 __device__ __forceinline__ bool mayBeIn(const DepthPass& pass, const BinGrid& grid, const EyeParams& eye,
                                         const Vec3<float>& p, float reach)
@@ -74,7 +74,7 @@ __device__ __forceinline__ void forCellsOfWarp(const BinGrid& grid, const uint16
             put(taken[i], place.depth_bits, slot);
     if (!__any_sync(~0u, count > kFew))
         return;
-    const uint32_t many = count - few, end = sumUpTo(many); // of this lane's among the cells of all
+    const uint32_t many = count - few, end = sumUpTo(many); // sums of this lane's counts among the cells of all
     const uint32_t all = __shfl_sync(~0u, end, 31), begin = end - many;
     for (uint32_t first = 0; first < all; first += 32 * kOthers) {
         decltype(take(0u)) others[kOthers] = {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two 16-bit numbers in a word: halves, and steps of what lies between 0 and 1.
+// Two 16-bit numbers in a word: halves, or steps of values between 0 and 1.
 #pragma once
 
 #include <cuda_fp16.h>

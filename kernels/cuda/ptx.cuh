@@ -71,7 +71,7 @@ __device__ __forceinline__ bool barrierAny(uint32_t id, uint32_t threads, bool v
     return result != 0;
 }
 
-// Asks for what lies at `address` in global memory, so that the second cache has it when it is read.
+// Asks for the bytes at `address` in global memory, so that the second cache has them when they are read.
 __device__ __forceinline__ void prefetchGlobal(const void* address)
 {
     asm volatile("prefetch.global.L2 [%0];" : : "l"(address));
@@ -91,7 +91,7 @@ __device__ __forceinline__ void launchDependents()
 #endif
 }
 
-// Waits until the kernel that this one was launched beside has ended; what it wrote is seen after.
+// Waits until the kernel that this one was launched beside has ended; its writes are visible afterwards.
 __device__ __forceinline__ void waitForEarlier()
 {
 #if __CUDA_ARCH__ >= 900
@@ -99,7 +99,7 @@ __device__ __forceinline__ void waitForEarlier()
 #endif
 }
 
-// Reads here: what is read plainly is put off by the compiler until it is known whether the value is needed.
+// Reads now: the compiler delays a plain read until it is known whether the value is needed.
 __device__ __forceinline__ uint32_t loadNow(const uint32_t* at)
 {
     uint32_t value;
@@ -107,7 +107,7 @@ __device__ __forceinline__ uint32_t loadNow(const uint32_t* at)
     return value;
 }
 
-// Reads a counter of another block; what that block wrote before it counted is seen after.
+// Reads a counter of another block; that block's writes before the count are visible afterwards.
 __device__ __forceinline__ uint32_t loadAcquire(const uint32_t* at)
 {
     uint32_t value;

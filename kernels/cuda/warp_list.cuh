@@ -8,7 +8,7 @@
 
 namespace gsc {
 
-// The place in a list of what a lane appends, if it does. All lanes of the warp call it together.
+// Index in a list at which a lane appends, if it does. All lanes of the warp call it together.
 __device__ __forceinline__ uint32_t appendPlace(bool appends, uint32_t lane, uint32_t* count)
 {
     const uint32_t some = __ballot_sync(~0u, appends);
@@ -37,8 +37,8 @@ __device__ __forceinline__ uint32_t sumUpTo(uint32_t value)
     return value;
 }
 
-// The first lane whose sum is more than i: it has the i-th of what all lanes have together. sum: sumUpTo(). All lanes of the
-// warp call it together.
+// First lane whose sum is more than i: the owner of item i of all lanes' items together. sum: sumUpTo(). All lanes of
+// the warp call it together.
 __device__ __forceinline__ int ownerOf(uint32_t i, uint32_t sum)
 {
     int owner = 0;

@@ -37,8 +37,8 @@ struct DecodeArgs {
     size_t visible_count;
     const MlpRecord* bank;   // the feature bank's network, or null
     const float* first_bias; // 3 * hidden_pad: biases of the fused first layer with the appearance folded in
-    bool takes_distance;     // some head reads row F + 3 of the fused first layer
-    bool takes_level;        // some head reads row F + 4
+    bool takes_distance;     // a network reads row F + 3 of the fused first layer
+    bool takes_level;        // a network reads row F + 4
 };
 
 struct DecodeScratch {
@@ -53,7 +53,7 @@ DecodeArgs prepareDecode(const ModelView& model, const EyeParams* eyes, uint32_t
 
 // Makes `scratch` fit the model. One scratch per worker.
 void reserveDecode(const ModelView& model, DecodeScratch& scratch);
-// Makes its blocks hold so many Gaussians, behind so many values of decode's own.
+// Sizes its blocks for `gaussians` Gaussians, behind `own_values` values of decode's own.
 void reserveBlocks(size_t gaussians, size_t own_values, DecodeScratch& scratch);
 
 // Decodes visible anchors [first, first + count), count <= kDecodeBlock, into scratch.blocks. Per eye only Gaussians

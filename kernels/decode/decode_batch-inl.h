@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A vector of anchors on its way through the networks: what both ways of decoding start with. Included once per target.
+// A vector of anchors on its way through the networks: the common start of both ways of decoding. Included once per
+// target.
 
 #if defined(GSC_KERNELS_DECODE_BATCH_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef GSC_KERNELS_DECODE_BATCH_INL_H
@@ -84,7 +85,7 @@ HWY_INLINE void transpose(const float* const* source, uint32_t width, float* row
             rows[size_t(j) * kMaxLanes + lane] = source[lane][j];
 }
 
-// Asks for what gather() will read of the next anchors; they lie in memory order, but with gaps.
+// Prefetches the data that gather() will read of the next anchors; they lie in memory order, but with gaps.
 HWY_INLINE void prefetch(const ModelView& model, const VisibleAnchor* visible, uint32_t count)
 {
     constexpr size_t kLine = 64;
@@ -209,7 +210,7 @@ HWY_INLINE void hiddenLayers(const DecodeArgs& args, const PackedMlpHeader& pack
           packedWeights(model, packed.second_bias_f32[0]), nullptr, K, false, batch.opacity);
 }
 
-// Computes what the eyes have in common of the first layer.
+// Computes the part of the first layer that is the same for all eyes.
 HWY_INLINE void sharedLayer(const DecodeArgs& args, const PackedMlpHeader& packed, const Batch& batch)
 {
     const uint32_t H = packed.hidden_pad;

@@ -34,7 +34,7 @@ template <typename Real>
 struct AnchorNetworks {
     const ModelView& model;
     const ViewInput<Real>& view;
-    const float* log_scale; // of the anchor
+    const float* log_scale; // log scales of the anchor
     Real *feature, *input, *hidden, *opacity, *covariance, *color;
 
     GSC_HD AnchorNetworks(const ModelView& m, const ViewInput<Real>& v, uint32_t chunk, uint32_t local, Real* scratch)

@@ -42,7 +42,8 @@ HWY_INLINE void emitOffset(const DecodeArgs& args, const PackedMlpHeader& packed
     norm = hn::Sqrt(norm);
     const V tiny = hn::Set(d, 1e-12f);
     norm = hn::IfThenElse(hn::Lt(norm, tiny), tiny, norm);
-    const V inverse = hn::Div(hn::Set(d, 1.0f), norm); // of numbers down to 1e-12: no approximation
+    // exact division: an approximation fails for numbers down to 1e-12
+    const V inverse = hn::Div(hn::Set(d, 1.0f), norm);
     for (int i = 0; i < 4; ++i)
         append(hn::Mul(head[3 + i], inverse), block.rotation[i]);
     append(opacity, block.opacity);
@@ -76,7 +77,8 @@ void decodeEye(const DecodeArgs& args, const PackedMlpHeader& packed, const Visi
     const V weight = hn::Load(d, fraction); // zero where the eye does not see the anchor, which leaves it out
     const V floor = hn::Set(d, kOpacityFloor);
     const hn::RebindToSigned<D> di;
-    const auto origin = hn::Mul(hn::Iota(di, int32_t(first_entry)), hn::Set(di, int32_t(K))); // of offset 0
+    // entry of offset 0 of each anchor
+    const auto origin = hn::Mul(hn::Iota(di, int32_t(first_entry)), hn::Set(di, int32_t(K)));
     const bool masks = (params.flags & kModelMaskedSlots) != 0;
     M positive = hn::Lt(floor, hn::Zero(d));
     for (uint32_t k = 0; k < K; ++k) {

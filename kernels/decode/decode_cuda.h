@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Visible anchors to splats on a device: what its decoders read and write (kernels/decode/fast, kernels/decode/exact,
+// Visible anchors to splats on a device: inputs and outputs of its decoders (kernels/decode/fast, kernels/decode/exact,
 // kernels/reuse). Gather, three networks, projection and packing are one kernel.
 #pragma once
 
@@ -17,8 +17,9 @@ struct alignas(16) PackedSplat {
     uint32_t order;    // 28  emission order, breaks depth ties
 };
 static_assert(sizeof(PackedSplat) == 32);
-constexpr float kUnseenPlace = 6e4f;         // x and y, pixels: outside every image, and still a number of 16 bits
-constexpr float kTrustedDeterminant = 3e-5f; // of a falloff's ellipse, relative to its diagonal; less is a needle
+constexpr float kUnseenPlace = 6e4f; // x and y, pixels: outside every image, and still a number of 16 bits
+// least determinant of an ellipse, relative to its diagonal; a smaller one is a needle
+constexpr float kTrustedDeterminant = 3e-5f;
 
 // A splat as blending reads it in the tier `exact`, 48 bytes, three 16-byte loads.
 struct alignas(16) ExactSplat {
@@ -45,9 +46,9 @@ struct DecodeFrame : FrameNow {
     RasterConstants rules;
     BinGrid grid;
     DepthPass pass;
-    const uint32_t* visible;       // from select, or those of the pass
-    const float* fraction;         // beside them, or null
-    const uint32_t* visible_count; // of `visible`, at most visible_capacity of which are there
+    const uint32_t* visible;       // visible anchors, of select or of the pass
+    const float* fraction;         // opacity factor of each visible anchor, or null
+    const uint32_t* visible_count; // length of `visible`; at most visible_capacity entries are stored
     uint32_t visible_capacity;
     SplatPlace* places; // eye_count x slot_capacity, or slot_capacity
     uint16_t* touches;  // eye_count x slot_capacity: touchCode() at touchPlace(); null in `exact`

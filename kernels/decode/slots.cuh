@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slots, cells and counts of what a warp decodes, in either tier.
+// Slots, cells and counts of a warp's decoded Gaussians, in either tier.
 #pragma once
 
 #include "kernels/cuda/depth_cells.cuh"
@@ -10,7 +10,7 @@ namespace gsc {
 
 // Slots of a shared output array, handed out to a warp in large pieces: one atomic per piece instead of one per write.
 struct SlotWriter {
-    uint32_t next = 0, left = 0; // the same in every lane
+    uint32_t next = 0, left = 0; // equal in every lane
 
     // Slot of each lane that wants one, from pieces of `size`, at least 32. All lanes of the warp call it together.
     __device__ __forceinline__ uint32_t reserve(bool wanted, uint32_t lane, uint32_t size, uint32_t* cursor)

@@ -13,21 +13,21 @@ constexpr uint32_t kBinWidth = 32;   // pixels
 static_assert(kColumnStep == kBinWidth);
 constexpr uint32_t kMaxBins = 255;        // per axis: bin coordinates are bytes
 constexpr uint32_t kNoBins = 0x0000ffffu; // bin box of a slot that holds no splat: x0 = y0 = 255, x1 = y1 = 0
-// An offset of a Gaussian: x, y and z from the low bits on, 21 bits each, in steps of the anchor's largest counted from
-// -2^20. Fine enough that hardly two Gaussians change their depth order, which shows more than anything else that is
-// rounded in the tier `fast`.
+// Offset of a Gaussian: x, y and z from the low bits on, 21 bits each, counted from -2^20 in steps of the anchor's largest
+// offset. So fine that the depth order of hardly any two Gaussians changes; a changed order would be the most visible
+// rounding of the tier `fast`.
 constexpr uint32_t kOffsetBits = 21;
-constexpr int32_t kOffsetSteps = (1 << (kOffsetBits - 1)) - 1; // of the largest
+constexpr int32_t kOffsetSteps = (1 << (kOffsetBits - 1)) - 1; // steps of the largest offset
 constexpr uint64_t kNoOffset = 0;                              // not finite: its Gaussian is dropped and counted
-constexpr uint64_t kMaskedSlot = 1ull << 63;                   // its Gaussian is never drawn, and not counted
-constexpr uint32_t kDepthBuckets = 32768;                      // of the depth histogram: 1024 per octave of view z
-constexpr uint32_t kMaxSlabs = 1024;                           // of a pass
-constexpr uint32_t kMaxPasses = 31;                            // kMaxPasses x kMaxSlabs fits 16 bits
+constexpr uint64_t kMaskedSlot = 1ull << 63;                   // set: the Gaussian is never drawn nor counted
+constexpr uint32_t kDepthBuckets = 32768; // buckets of the depth histogram: 1024 per octave of view z
+constexpr uint32_t kMaxSlabs = 1024;      // most slabs of a pass
+constexpr uint32_t kMaxPasses = 31;       // kMaxPasses x kMaxSlabs fits 16 bits
 
 // Shape of an anchor of a compact model (kModelCompact), 8 bytes in place of DeviceModel::shape. An extent is a float
 // of 6 bits of exponent and 10 of mantissa, without a sign.
 struct alignas(8) CompactShape {
-    uint16_t extent[3];                 // of its Gaussians, packExtent()
+    uint16_t extent[3];                 // extent of its Gaussians, packExtent()
     int8_t feature_power, offset_power; // exponents of the steps
 };
 constexpr uint32_t kExtentLeast = 87; // biased exponent of the least extent, 2^-40
@@ -52,7 +52,7 @@ GSC_HD float unpackExtent(uint32_t packed)
     return extent;
 }
 
-// How an eye's image is cut: bins of kBinWidth x height pixels, each cut in depth into slabs. A cell is a slab of a bin;
+// Cut of an eye's image into bins of kBinWidth x height pixels, each cut in depth into slabs. A cell is a slab of a bin;
 // cells lie eye-major, then bin, then slab from near to far. Two eyes that look the same way may share their bins: then
 // the depth order is the same for both, and there is one list of splats per bin instead of two.
 struct BinGrid {
@@ -74,30 +74,31 @@ struct DepthPass {
     uint32_t index, count;
 };
 
-// Where a splat lies: written by decode, read when pairs are made. In shared bins: where it lies for either eye.
+// Place of a splat on the screen: written by decode, read when pairs are made. With shared bins it covers both eyes.
 struct alignas(8) SplatPlace {
     uint32_t depth_bits; // view z, whose bits order like it because it is positive
     uint32_t box;        // bins x0 | y0 << 8 | x1 << 16 | y1 << 24, inclusive, or kNoBins
 };
 
-// Code, 16 bits, of the pixels that a small splat has in an eye's picture; long lists read it in place of the splat
-// (blend/cuda/touch.cuh). It holds the first of its columns of 4 pixels, modulo 16, and how many follow it, the first
-// of its rows of pixels, modulo 64, and how many follow. In a bin 64 pixels off, whose list holds the splat because of
-// the other eye, the code names the same sub-tiles: there the splat is evaluated for nothing, and counted.
+// 16-bit code of the pixels that a small splat covers in an eye's picture; long lists read it in place of the splat
+// (blend/cuda/touch.cuh). Fields: the first column of 4 pixels, modulo 16; number of further columns; the first row of
+// pixels, modulo 64; number of further rows. In a bin 64 pixels off, whose list holds the splat for the other eye, the
+// code names the same sub-tiles: there the splat is evaluated in vain, and counted.
 constexpr uint32_t kTouchColumn = 4;          // pixels
-constexpr uint32_t kTouchUnknown = 15u << 12; // as many rows no splat has: the splat tells
+constexpr uint32_t kTouchUnknown = 15u << 12; // a row count that no splat has: the splat itself tells
 GSC_HD constexpr uint32_t touchCode(uint32_t column, uint32_t more_columns, uint32_t row, uint32_t more_rows)
 {
     return (column & 15u) | more_columns << 4 | (row & 63u) << 6 | more_rows << 12;
 }
-// Place of a splat's code among those of all splats. slot: of the splat, counted over all lists.
+// Index of a splat's code. slot: the splat's slot, counted over all lists.
 GSC_HD constexpr size_t touchPlace(bool shared_bins, uint32_t eye, uint32_t slot)
 {
     return shared_bins ? size_t(kMaxEyes) * slot + eye : slot;
 }
-constexpr float kTouchReach = 6.0f; // pixels to each side of a splat that has a code: 4 columns, 13 rows at most
+constexpr float kTouchReach =
+    6.0f; // largest reach of a splat with a code, pixels to each side: 4 columns, 13 rows at most
 
-// Pieces of a bin's list by length: what a warp sorts, what 2, 4, 8 and 16 warps sort, and longer.
+// Class of a piece of a bin's list, by length: sorted by one warp, by 2, 4, 8 or 16 warps, or longer.
 constexpr uint32_t kWarpPiece = 512; // keys
 constexpr uint32_t kPieceClasses = 6;
 GSC_HD constexpr uint32_t pieceClass(uint32_t keys)
@@ -109,14 +110,14 @@ GSC_HD constexpr uint32_t pieceClass(uint32_t keys)
 }
 constexpr uint32_t kPieceAim = 384; // keys; a piece is shorter than this plus its last cell
 
-constexpr uint32_t kBinClasses = 33; // of bins by the position of their count's highest bit
+constexpr uint32_t kBinClasses = 33; // classes of bins, by the highest bit of their count
 
 struct Piece {
-    uint32_t first, count; // of the keys
+    uint32_t first, count; // range of the keys
 };
 
-// Up to kRunGroups groups of one chunk, which a warp tests together; the bounds are the chunk's, so that they are there
-// with one load and settle for all of its groups whether an eye may see any.
+// Up to kRunGroups groups of one chunk, which a warp tests together. Bounds are the chunk's: one load of them tells whether
+// an eye may see any of its groups.
 struct alignas(16) GroupRun {
     float anchor_min[3];
     float anchor_sigma_max;
@@ -126,7 +127,7 @@ struct alignas(16) GroupRun {
     uint16_t group_count; // 1..
     uint16_t level_index;
     float gaussian_sigma_max;
-    float gaussian_margin; // how far centres of Gaussians may lie outside of the anchors' box, along any axis
+    float gaussian_margin; // largest distance of a Gaussian's centre from the anchors' box, along any axis
 };
 constexpr uint32_t kRunGroups = 32;
 
@@ -135,11 +136,11 @@ struct DeviceModel {
     ModelParams params;
     const LevelRecord* levels;
     const GroupRecord* groups;
-    const GroupRun* runs;        // run_count, all groups
+    const GroupRun* runs;        // run_count, of all groups
     const float* lod_shift;      // per level record
     const uint32_t* level_first; // per level record: its first anchor
     const float* placement;      // n x 4: x, y, z, extra_level
-    const float* size;           // n x 3: the anchor's own scale, which selection tests it with
+    const float* size;           // n x 3: the anchor's own scale, for selection
     const float* shape;          // n x 6: world units per step of `offset`, scale of its Gaussians
     const float* rotation;       // n x 4 or null: params.constant_rotation
     const uint16_t* feature;     // n x F halves
@@ -158,22 +159,21 @@ constexpr uint32_t kVisibleOverflow = 1u, kSlotOverflow = 2u, kPairOverflow = 4u
 
 // Counters of a pass, cleared before it. Where the eyes share their bins, counters per eye count under the first.
 struct PassCounters {
-    unsigned long long
-        pairs[kMaxEyes];      // (bin, splat); more than 2^32 of them overflow the cells, so they are counted apart
-    uint32_t slots[kMaxEyes]; // splat slots reserved, with gaps
-    uint32_t gaps[kMaxEyes];  // slots of those that stayed unused
-    uint32_t anchors_listed;  // of a pass of several (select_cuda.h)
+    unsigned long long pairs[kMaxEyes]; // (bin, splat); 64 bits, since the 32-bit cells may overflow
+    uint32_t slots[kMaxEyes];           // splat slots reserved, with gaps
+    uint32_t gaps[kMaxEyes];            // reserved slots that stayed unused
+    uint32_t anchors_listed;            // anchors listed for a pass, if there are several (select_cuda.h)
     uint32_t pieces[kPieceClasses], next_piece[kPieceClasses];
     uint32_t bin_classes[kBinClasses], queued[kBinClasses]; // fullest first
     uint32_t wide;                                          // splats of many bins, of which kWideSplats are listed
-    uint32_t bins;                                          // that are queued: those of the columns that are drawn
-    uint32_t long_bins;                                     // of those, the first: with long lists (bin_cuda.h)
-    uint32_t longest_bins;  // of those, the first: with lists of kFirstUnits units or more
-    uint32_t touch_units;   // of long lists, for all their readers
+    uint32_t bins;                                          // queued bins: those of the columns that are drawn
+    uint32_t long_bins;                                     // the first of `bins`: those with long lists (bin_cuda.h)
+    uint32_t longest_bins;  // the first of `bins`: those with lists of kFirstUnits units or more
+    uint32_t touch_units;   // units of long lists, for all their readers
     uint32_t next_anchors;  // work queue of decode
     uint32_t segment_pairs; // BlendCudaArgs::segment_pairs
     uint32_t segments_pushed, segments_taken, segments_finished; // SegmentQueue
-    uint32_t next_tile[3], next_bin[2]; // work queues of the blend: LongPart; of colours, of depths
+    uint32_t next_tile[3], next_bin[2]; // work queues of blend: by LongPart; of colours and of depths
 };
 
 enum class Stage : uint32_t { Select, Decode, Bin, Sort, Blend, None };
@@ -182,34 +182,34 @@ constexpr uint32_t kStages = 6;
 // FrameOptions::detail (kernels/coarse/coarse_cuda.h), 0 without it.
 struct CoarseCounters {
     uint32_t near, drawn, wants; // lengths of the lists
-    uint32_t granted_before;     // buckets of urgency below this are made
-    uint32_t evicted_from;       // copies that were not drawn for as many frames give their pages back; 0: none do
+    uint32_t granted_before;     // copies in buckets of urgency below this are made
+    uint32_t evicted_from;       // copies not drawn for so many frames give up their pages; 0: none do
     uint32_t groups_near, groups_kept, groups_stale, groups_made;
     uint32_t anchors_made, anchors_kept, anchors_stale;
 };
 
-// One for all frames, which follow each other; a copy at a frame's end is the host's, for counts and to grow buffers.
+// Counters of the current frame; each frame's end copies them to the host, for its counts and to grow buffers.
 struct FrameCounters {
     PassCounters pass;
-    uint32_t groups_visible;           // to be looked at
+    uint32_t groups_visible;           // groups that are to be looked at
     uint32_t anchors_listed;           // entries of the visible list
-    uint32_t groups_tested[kMaxEyes];  // of chunks that the eye may see
-    uint32_t anchors_tested[kMaxEyes]; // of groups that are looked at
+    uint32_t groups_tested[kMaxEyes];  // groups of the chunks that the eye may see
+    uint32_t anchors_tested[kMaxEyes]; // anchors of the groups that are looked at
     uint32_t anchors_visible[kMaxEyes];
-    uint32_t any_positive[kMaxEyes];    // an opacity above zero existed (trap 25), or may exist outside of the columns
-    uint32_t splats[kMaxEyes];          // on screen
-    uint32_t gaussians[kMaxEyes];       // opacity >= 1/255
-    uint32_t dropped[kMaxEyes];         // not finite
-    uint32_t most_slots;                // of a pass and a list
-    uint32_t all_slots;                 // of all passes, without gaps, of the longer list
-    unsigned long long most_pairs;      // of a pass
-    unsigned long long pairs[kMaxEyes]; // under the first in shared bins
+    uint32_t any_positive[kMaxEyes];    // an opacity above zero exists (trap 25), or may exist outside of the columns
+    uint32_t splats[kMaxEyes];          // splats on screen
+    uint32_t gaussians[kMaxEyes];       // Gaussians with opacity >= 1/255
+    uint32_t dropped[kMaxEyes];         // Gaussians that are not finite
+    uint32_t most_slots;                // most slots of a pass and a list
+    uint32_t all_slots;                 // slots of all passes, without gaps, of the longer list
+    unsigned long long most_pairs;      // most pairs of a pass
+    unsigned long long pairs[kMaxEyes]; // with shared bins: all under the first eye
     unsigned long long evaluations[kMaxEyes];
     CoarseCounters coarse;
     uint32_t overflow;
     ColumnRange columns; // FrameOptions: select writes them here, since a captured graph keeps its arguments
     unsigned long long
-        stage_ns[kStages]; // what stages took that have ended (stage_clock_cuda.h); not cleared with the rest
+        stage_ns[kStages]; // time of each stage that has ended (stage_clock_cuda.h); not cleared with the rest
 };
 
 // True if a buffer overflowed: the frame is drawn again, so its later stages can skip.

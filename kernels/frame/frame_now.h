@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values that change with every frame. They open the arguments of every kernel that needs them, as base or in the first
-// member, so that a captured graph is brought up to date by one loop (runtime/cuda/frame/frame_graph.h). Plain data.
+// Values that change with every frame. They are the base or the first member of a kernel's arguments, so that one loop
+// updates a captured graph (runtime/cuda/frame/frame_graph.h). Plain data.
 #pragma once
 
 #include "kernels/math/band.h"
@@ -8,10 +8,10 @@
 
 namespace gsc {
 
-// Constants of an eye, along x and y, that projecting reads for each Gaussian.
+// Constants of an eye, along x and y, that projection uses for each Gaussian.
 struct EyeLens {
-    float middle[2];         // pixel of the axis less one half
-    float least[2], most[2]; // tangents to which upstream clamps
+    float middle[2];         // pixel that the view axis meets, minus one half
+    float least[2], most[2]; // tangents that upstream clamps to
 };
 
 inline EyeLens eyeLens(const EyeParams& eye)
@@ -26,14 +26,14 @@ inline EyeLens eyeLens(const EyeParams& eye)
 struct FrameNow {
     EyeParams eyes[kMaxEyes];
     EyeLens lenses[kMaxEyes];
-    EyeParams level_eyes[kMaxEyes]; // the same at the places that levels are chosen from (LodLag)
-    float look_from[3];             // of networks that look once for both eyes (StereoMode::Merged)
-    EyeBand bands[kMaxEyes];        // of `columns`
+    EyeParams level_eyes[kMaxEyes]; // eyes at the places that levels are chosen from (LodLag)
+    float look_from[3];             // viewpoint of networks that look once for both eyes (StereoMode::Merged)
+    EyeBand bands[kMaxEyes];        // planes of `columns` for each eye
     float lod_bias, lod_fade;       // FrameOptions
     float finest;                   // Foveation::smallest, as a variance
     float gaze[kMaxEyes][3];        // unit vectors in the view's axes
     ColumnRange columns;            // FrameOptions
-    uint32_t run_count;             // of DeviceModel::runs, the first, whose anchors are on the device
+    uint32_t run_count;             // the first group runs of DeviceModel::runs, whose anchors are on the device
 };
 
 inline void setNow(FrameNow& args, const FrameNow& now)

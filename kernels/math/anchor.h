@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the arrays of a chunk lie, and reading one anchor of it.
+// Layout of a chunk's arrays, and reading one anchor of it.
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -65,7 +65,7 @@ GSC_HD const float* anchorRotation(const ModelView& model, uint32_t chunk, uint3
     return rotation != nullptr ? rotation + size_t(4) * local : model.params->constant_rotation;
 }
 
-// Is the slot of this offset never drawn? `masks`: the model has kModelMaskedSlots.
+// True if the slot of this offset is never drawn. `masks`: the model has kModelMaskedSlots.
 GSC_HD bool isMaskedSlot(bool masks, const float* offset)
 {
     return masks && offset[0] != offset[0];

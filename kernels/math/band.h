@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A band of columns as the stages see it: what can touch none of its tiles need not be decoded.
+// A band of columns as the stages use it: anchors that can touch none of its tiles need not be decoded.
 #pragma once
 
 #include "kernels/math/eye.h"
@@ -9,15 +9,15 @@
 
 namespace gsc {
 
-// A half-space in world coordinates: nothing is visible where n p + offset + sigma_factor * sigma < 0, with sigma the
-// largest standard deviation of what has its centre at p.
+// A half-space in world coordinates: an object is invisible if n p + offset + sigma_factor * sigma < 0, with p its
+// centre and sigma its largest standard deviation.
 struct BoundPlane {
     float n[3];
     float offset;
     float sigma_factor;
 };
 
-// Is everything of the box on the wrong side? note: written so that NaN rejects nothing
+// True if all of the box is on the invisible side. note: written so that NaN rejects nothing
 GSC_HD bool rejects(const BoundPlane& plane, const float* box_min, const float* box_max, float sigma)
 {
     float value = plane.offset + plane.sigma_factor * sigma;
@@ -30,7 +30,7 @@ GSC_HD bool rejects(const BoundPlane& plane, const float* box_min, const float* 
     return value + 1e-5f * magnitude < 0;
 }
 
-// Squared bound of what a view matrix that is no pure rotation does to lengths.
+// Squared bound of the factor by which a view matrix, which may be no pure rotation, changes lengths.
 GSC_HD float viewStretch(const float* w)
 {
     float stretch = 1;
@@ -43,8 +43,8 @@ GSC_HD float viewStretch(const float* w)
     return stretch;
 }
 
-// The half-space of what reaches pixel `border` along an axis, from there on (beyond) or up to it. `spare`: pixels that a
-// splat may be wider than sigma_factor says.
+// Half-space of the objects that reach pixel `border` along an axis, from there on (beyond) or up to it. `spare`:
+// pixels that a splat may be wider than sigma_factor says.
 GSC_HD BoundPlane borderPlane(const EyeParams& eye, int axis, bool beyond, float border, float spare,
                               float sigma_factor)
 {
@@ -62,9 +62,9 @@ GSC_HD BoundPlane borderPlane(const EyeParams& eye, int axis, bool beyond, float
     return plane;
 }
 
-// Columns of an eye that are drawn, and what can touch a tile of theirs. All zero: nothing is known of them.
+// Bounds of the objects that can touch a tile of the drawn columns. All zero: no bounds are known.
 struct EyeBand {
-    BoundPlane planes[2]; // of the first column and of the last
+    BoundPlane planes[2]; // planes of the first column and of the last
     float first, last;    // columns of pixels, both drawn
     bool whole;           // all columns: the planes say nothing
 };
@@ -93,8 +93,8 @@ GSC_HD EyeBand eyeBand(const EyeParams& eye, const ColumnRange& columns)
     return band;
 }
 
-// Can a Gaussian with its centre in the box and no standard deviation above sigma touch a tile of the band? Errs towards
-// yes.
+// True if a Gaussian with its centre in the box and no standard deviation above sigma can touch a tile of the band.
+// Errs towards true.
 GSC_HD bool mayTouch(const EyeBand& band, const float* box_min, const float* box_max, float sigma)
 {
     return band.whole ||

@@ -18,7 +18,7 @@ struct RasterConstants {
     bool gsplat;
     float near_z;
     float far_z;
-    float eigen_floor; // of the square root's argument in the extent
+    float eigen_floor; // least argument of the square root in the extent
     float alpha_cap;
     float stop; // transmittance below which a pixel is finished; gsplat: at which
 

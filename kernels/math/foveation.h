@@ -13,7 +13,7 @@
 namespace gsc {
 
 constexpr float kFoveaInner = 0.97814760f; // cosine of 12 degrees: everything is drawn
-constexpr float kFoveaOuter = 0.76604444f; // of 40 degrees: from there on as fine as Foveation::smallest
+constexpr float kFoveaOuter = 0.76604444f; // cosine of 40 degrees: from there on as fine as Foveation::smallest
 
 // Variance in pixels^2 of the finest Gaussian, at an angle from the gaze of that cosine; `outer`: that beyond kFoveaOuter.
 // 1 - cos goes with the angle's square, and so does a variance.
@@ -23,7 +23,8 @@ GSC_HD float finestVariance(float cosine, float outer)
     return outer * (ring < 0 ? 0.0f : ring > 1 ? 1.0f : ring);
 }
 
-// Where a Gaussian stands among all, 0 to 1: one is drawn whose chance is above that. Bits of a good hash (Murmur3's mixer).
+// Rank of a Gaussian among all, 0 to 1: a Gaussian is drawn if its chance is above its rank. Bits of a good hash
+// (Murmur3's mixer).
 GSC_HD float foveationRank(uint32_t order)
 {
     uint32_t h = order;

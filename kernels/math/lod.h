@@ -42,7 +42,7 @@ GSC_HD float switchOffset(LevelRule rule)
     return rule == LevelRule::Floor ? 0.0f : rule == LevelRule::Round ? 0.5f : 1.0f;
 }
 
-// Whether anchors have opacity factors: by the model's own rule, or because a smooth transition is asked for.
+// True if anchors have opacity factors: by the model's own rule, or because a smooth transition is asked for.
 GSC_HD bool levelsFade(const ModelParams& params, float lod_fade)
 {
     const LevelRule rule = LevelRule(params.level_rule);
@@ -96,14 +96,14 @@ GSC_HD LevelChoice<Real> chooseLevel(LevelRule rule, Real predicted, int32_t lev
     return {saturatingInt(r), Real(1)};
 }
 
-// Do anchors come and go with distance?
+// True if anchors come and go with distance.
 GSC_HD bool levelsSwitch(const ModelParams& params)
 {
     return (params.flags & kModelHasLevels) != 0 && params.level_rule != uint32_t(LevelRule::None);
 }
 
-// Is an anchor of `level` shown from `center`? fraction: its opacity factor. shift: lodShift() of its level; extra: its
-// extra level.
+// True if an anchor of `level` is shown from `center`. fraction: its opacity factor. shift: lodShift() of its level;
+// extra: its extra level.
 template <typename Real>
 GSC_HD bool levelShows(const ModelParams& params, int32_t level, const Vec3<Real>& p, Real shift, Real extra,
                        const Real* center, Real lod_bias, Real lod_fade, Real& fraction)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rasteriser's preprocessing (format facts 7.2, 7.3, 7.7): what an anchor is tested with and a Gaussian drawn with.
-// One copy, templated on the precision. Products and sums are fused where upstream's compiler fuses them
+// The rasteriser's preprocessing (format facts 7.2, 7.3, 7.7), for testing an anchor and for drawing a Gaussian. One
+// copy, templated on the precision. Products and sums are fused where upstream's compiler fuses them
 // (kernels/math/README.md); nothing else may be, so device code that includes this for the tier `exact` is compiled
 // with -fmad=false, as host code is without contraction.
 #pragma once
@@ -135,7 +135,7 @@ GSC_HD Real determinant(const Covariance2<Real>& cov)
     return std::fma(cov.a, cov.c, -(cov.b * cov.b));
 }
 
-// Where the eye's axis meets the image along one side, pixels from the border.
+// Point where the eye's axis meets the image along one side, pixels from the border.
 template <typename Real>
 GSC_HD Real axisPixel(uint32_t size, Real focal, Real tan_mid)
 {
@@ -198,7 +198,7 @@ GSC_HD Footprint<Real> footprint(const EyeOf<Real>& eye, const RasterConstants& 
     if (rules.gsplat ? (t.z < Real(rules.near_z) || t.z > Real(rules.far_z)) : t.z <= Real(rules.near_z))
         return f;
     if (rules.gsplat && q[0] == Real(0) && q[1] == Real(0) && q[2] == Real(0) && q[3] == Real(0))
-        return f; // its rsqrt makes NaN of it, and that culls
+        return f; // rsqrt gives NaN, which culls the splat
     pixelCenter<Real>(eye, rules.gsplat, p, t, f.x, f.y);
     f.cov = covariance2<Real>(eye, t, covariance3(scale, q));
     const Real det = determinant(f.cov);

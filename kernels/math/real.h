@@ -112,7 +112,7 @@ GSC_HD Real squareRoot(Real v)
         float r;
         asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(r) : "f"(v));
         const float root = v * r;
-        return r == 0.0f || r > 3e38f ? v : fmaf(fmaf(-root, root, v), 0.5f * r, root); // of infinity, of zero
+        return r == 0.0f || r > 3e38f ? v : fmaf(fmaf(-root, root, v), 0.5f * r, root); // v itself for 0 and infinity
     } else {
         return std::sqrt(v);
     }

@@ -11,7 +11,7 @@ constexpr uint32_t kSquareThreads = kScoreSquare * kScoreSquare;
 
 struct SquarePixel {
     uint32_t x, y;
-    size_t at; // its place in a plane
+    size_t at; // place in a plane
     bool there;
 };
 

@@ -17,7 +17,7 @@ struct PicturePair {
     uint32_t width, height;
 };
 
-// Where the fovea is; without one all is outside.
+// Direction of the fovea; without one all pixels are outside.
 struct ScoreGaze {
     EyeGaze gaze;
     bool present;
@@ -61,7 +61,7 @@ void opponentCuda(const OpponentCudaArgs& args, CUstream_st* stream);
 struct RowFilterCudaArgs {
     const float* plane;
     uint32_t width, height;
-    uint32_t count; // of filters
+    uint32_t count; // number of filters
     bool lightness; // filters (value + 16) / 116
     FilterWeights filters[3];
     float* out[3];
@@ -71,7 +71,7 @@ void filterRowsCuda(const RowFilterCudaArgs& args, CUstream_st* stream);
 // Filters one or two planes along columns and adds up a share of each.
 struct ColumnFilterCudaArgs {
     uint32_t width, height;
-    uint32_t count; // of planes
+    uint32_t count; // number of planes
     const float* planes[2];
     FilterWeights filters[2];
     float shares[2];

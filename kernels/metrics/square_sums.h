@@ -20,7 +20,7 @@ struct EyeGaze {
     float x = 0, y = 0;
 };
 
-// Is the middle of that pixel within 12 degrees of the gaze, where foveation draws everything (kFoveaInner)?
+// True if the middle of that pixel is within 12 degrees of the gaze, where foveation draws everything (kFoveaInner).
 GSC_HD bool inFovea(const EyeGaze& gaze, uint32_t column, uint32_t row)
 {
     const EyeParams& eye = gaze.eye;

@@ -90,7 +90,7 @@ GSC_HD FalseColour detailColour(GroupSource source)
     return colours[uint32_t(source) & 3u];
 }
 
-// Does the view draw Gaussians in other colours than their own?
+// True if the view draws Gaussians in other colours than their own.
 GSC_HD bool paintsGaussians(FrameView view)
 {
     return view == FrameView::Level || view == FrameView::Age || view == FrameView::Detail;

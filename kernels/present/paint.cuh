@@ -9,7 +9,7 @@
 
 namespace gsc {
 
-constexpr uint32_t kPaintThreads = 256, kPaintBlocks = 4; // of a multiprocessor
+constexpr uint32_t kPaintThreads = 256, kPaintBlocks = 4; // blocks per multiprocessor
 
 __device__ __forceinline__ void paint(PackedSplat& splat, const FalseColour& colour)
 {

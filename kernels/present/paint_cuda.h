@@ -21,14 +21,14 @@ struct PaintCudaArgs {
     uint32_t n_offsets;
     // per source index: kGroupSize x its group + its place there; or null: all are painted in one colour
     const uint32_t* origins;
-    FalseColour colour; // that one
+    FalseColour colour; // colour of all where `origins` is null
     const GroupRecord* groups;
     const LevelRecord* levels;
 };
 
 struct CostCudaArgs {
     float* image[kMaxEyes];    // red: evaluations of the pixel
-    uint32_t pixels[kMaxEyes]; // of each
+    uint32_t pixels[kMaxEyes]; // pixels of each eye
     uint32_t eye_count;
     const FrameCounters* counters;
 };

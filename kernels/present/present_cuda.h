@@ -14,7 +14,7 @@ struct PresentView {
     const float* depth; // height x width, where the target wants it
     FrameTarget target; // Device, with pitches, or Surface
     uint32_t width, height;
-    ColumnRange columns; // that were drawn
+    ColumnRange columns; // columns that were drawn
     LensShape lens;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Covariances of Gaussians from what decode has of them. Included once per target, inside Highway's foreach_target.
+// Covariances of Gaussians from decode's outputs. Included once per target, inside Highway's foreach_target.
 
 #if defined(GSC_KERNELS_PROJECT_COVARIANCE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef GSC_KERNELS_PROJECT_COVARIANCE_INL_H

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gaussians to splats: what one eye's image needs of each (format facts 7.2, 7.3).
+// Projects Gaussians to splats of one eye's image (format facts 7.2, 7.3).
 #pragma once
 
 #include "kernels/simd/read_ahead.h"
@@ -29,8 +29,8 @@ constexpr float kLooseCutoff = 16;
 struct ProjectArgs {
     const EyeParams* eye;
     RasterConstants rules;
-    ReadAhead* ahead = nullptr; // asked for meanwhile: projecting computes and reads little
-    ColumnRange columns{};      // pixel boxes are cut to them, and what has none is left out
+    ReadAhead* ahead = nullptr; // cache lines to prefetch meanwhile: projection computes much and reads little
+    ColumnRange columns{};      // pixel boxes are cut to these columns; an empty one is left out
 };
 
 struct ProjectCounts {
@@ -50,7 +50,7 @@ constexpr size_t kTileValues = size_t(kTileRows) * kMaxLanes;
 
 // The last tile is filled up with anything finite.
 struct GaussianTiles {
-    const float* values; // of Buffer's alignment
+    const float* values; // aligned as a Buffer
     uint32_t count;
 };
 

@@ -144,7 +144,7 @@ struct DecodedGaussians {
         rotation(d, at, q);
         worldCovariance(d, scale, q, c);
     }
-    // Those that have a rotation at all.
+    // Mask of the Gaussians whose quaternion is not zero.
     HWY_INLINE M rotated(D d, size_t at) const
     {
         V q[4];

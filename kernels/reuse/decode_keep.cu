@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decode into entries: a strip at a time, all of its anchors. A strip that gets no slot is drawn as it is decoded.
+// Decode into entries: a strip at a time, all of its anchors. A strip that gets no cache slot is drawn as it is
+// decoded.
 #include "kernels/cuda/launch.cuh"
 #include "kernels/decode/fast/networks.cuh"
 #include "kernels/reuse/kept_entry.cuh"
@@ -13,12 +14,12 @@ namespace {
 constexpr uint32_t kThreads = 256, kWarps = kThreads / 32;
 constexpr uint32_t kBlocks = 2; // per multiprocessor
 
-// A block's networks, and what its warps stage.
+// A block's networks, and the strips that its warps stage.
 struct KeepShared {
     DecodeNetworks networks;
     StagedStrip staging[kWarps];
 };
-static_assert(sizeof(KeepShared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
+static_assert(sizeof(KeepShared) <= 99 * 1024); // most that a block can have on compute capability 8.6, 8.9 and 12.0
 
 // kCompact: the model is compact. kBank: it has a feature bank, which makes the features depend on the place. kShared,
 // kThins: DecodeFrame.
@@ -115,7 +116,7 @@ __global__ void __launch_bounds__(kThreads, kBlocks) keepKernel(const __grid_con
             float factors[2];
             keptFactors(args.fraction, want.index, e, lane, factors);
             EyeTally tally = e == 0 ? left : right;
-            if (kShared) // eyes that share their bins take the slots of both from the first one's
+            if (kShared) // eyes that share their bins take splat slots for both from the first eye's
                 tally.writer = left.writer;
             emitStaged<kCompact, kShared, kThins>(args, e, staged, alive, {!both || e == 0, !both || e == 1}, seen_by,
                                                   factors, lane, tally);

@@ -36,7 +36,7 @@ GSC_HD uint32_t reuseDepth(DepthGuidance guidance, uint32_t max_depth, float upd
     return uint32_t(depth * (1.0f - update_rate) + 0.5f);
 }
 
-// May what frame `decoded` decoded be drawn in `frame`? `depth`: reuseDepth().
+// True if Gaussians decoded in frame `decoded` may be drawn in `frame`. `depth`: reuseDepth().
 GSC_HD bool youngEnough(uint64_t frame, uint64_t decoded, uint32_t depth)
 {
     return frame - decoded <= depth;

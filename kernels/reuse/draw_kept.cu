@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Entries to splats: what decode does after its networks.
+// Projects entries to splats, like decode after its networks.
 #include "kernels/cuda/launch.cuh"
 #include "kernels/reuse/kept_entry.cuh"
 
@@ -20,7 +20,7 @@ struct Written {
     __device__ __forceinline__ uint32_t& of(uint32_t owner) { return slot[(owner & 255u) + (owner >> 8) * kRows]; }
 };
 
-// Slot of the entry that an eye draws of a strip, or kNoEntry: it draws nothing that is kept.
+// Cache slot of the entry that an eye draws a strip from, or kNoEntry if the strip is not drawn from an entry.
 __device__ __forceinline__ uint32_t drawnSlot(const KeepCudaArgs& args, const ListedStrip& strip, uint32_t eye)
 {
     return lanesOfEye(strip.lanes, eye) != 0 ? args.tables.keptSlot(strip.strip, args.merged ? 0 : eye) : kNoEntry;
@@ -83,7 +83,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
             keptFactors(args.fraction, i, v, lane, factors);
             const Turns turns = {!both || v == 0, !both || v == 1};
             EyeTally tally = tallies[v * kThreads];
-            if (kShared && v != 0) // eyes that share their bins take the slots of both from the first one's
+            if (kShared && v != 0) // eyes that share their bins take splat slots for both from the first eye's
                 tally.writer = tallies[0].writer;
 #pragma unroll 1
             for (uint32_t first = 0; first < count; first += 32) {

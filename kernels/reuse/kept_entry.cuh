@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Gaussians of an entry: 24 bytes each, in kKeptWords words that lie a slot's room apart. Halves of what
-// comes before the activations, but for the opacity, which must be told from 1/255 when it is close to 1, too.
+// The Gaussians of an entry: 24 bytes each, in kKeptWords words; word w of all Gaussians lies behind word w - 1 of all. Values
+// are halves from before the activations; the opacity has finer steps, for values near 1/255 and near 1 alike.
 //   0  opacity in steps of 1/32767, owner (row | k << 8), scale 0 and 1
 //   1  rotation
 //   2  scale 2, colour
@@ -47,7 +47,7 @@ __device__ __forceinline__ void keptFactors(const float* fraction, uint32_t inde
     factors[1] = of[8];
 }
 
-// Writes what is staged into an entry.
+// Writes the staged Gaussians into an entry.
 __device__ __forceinline__ void keepGaussians(const ReuseTables& tables, uint32_t slot, const StagedStrip& staged,
                                               uint32_t alive, uint32_t lane)
 {

@@ -28,7 +28,7 @@ struct alignas(64) FirstCell {
 // Differences of the second key from the first, in steps of a 127th of the cell's largest difference. From key to key
 // that is a few 1/255, so that a step is about as fine as a half.
 struct alignas(16) SecondCell {
-    uint16_t opacity[kCellGaussians];           // half, no difference: it decides what is drawn
+    uint16_t opacity[kCellGaussians];           // half, exactly as decoded: it decides which Gaussians are drawn
     int8_t key[kStripRows - 1][kCellGaussians]; // the rest; scales relative to the first key's
     float color_step, scale_step, rotation_step;
     float reserved;

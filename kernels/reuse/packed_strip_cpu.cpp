@@ -83,7 +83,8 @@ HWY_INLINE void gatherLiving(const StripPack& pack, uint32_t k, uint32_t first, 
             const V extent = hn::Mul(hn::LoadU(d, base + size_t(row - kScaleRow) * kStripAnchors), to_unit);
             v = hn::Mul(v, extent);
             w = hn::Mul(w, extent);
-            v = hn::Max(v, hn::Mul(w, hn::Set(d, 0.25f))); // one that comes from nothing may not make the steps coarse
+            // a Gaussian that comes from nothing may not make the steps coarse
+            v = hn::Max(v, hn::Mul(w, hn::Set(d, 0.25f)));
         }
         append(v, kFirst + row);
         if constexpr (kTwo)
@@ -219,7 +220,7 @@ struct MixedCell {
             return first;
         return hn::MulAdd(t, hn::Sub(loadHalf(b->opacity + i), first), first);
     }
-    // Row `row` of the key. `weight`: what a step counts, of the value itself where `relative`.
+    // Row `row`, between both keys. `weight`: factor of the difference; relative: the difference is a share of the first key.
     HWY_INLINE V operator()(uint32_t row, V weight, bool relative = false) const
     {
         const V first = loadHalf(a.key[row] + i);

@@ -13,7 +13,8 @@ __global__ void __launch_bounds__(kPaintThreads) paintKeptKernel(const __grid_co
         const uint32_t strip = args.paint.origins[source] / kStripAnchors;
         const uint32_t slot = args.tables.keptSlot(strip, args.merged ? 0 : eye);
         return ageColour(slot == kNoEntry ? 0u
-                                          : args.frame - args.tables.entries[slot].decoded); // what has none is new
+                                          // a strip without an entry is new
+                                          : args.frame - args.tables.entries[slot].decoded);
     });
 }
 

@@ -25,8 +25,8 @@ constexpr float kGross = 0.1f; // a change that shows as much as a hole does, su
 // How the camera of an eye moves (runtime/view/camera_motion.h).
 struct EyeMotion {
     float center[3] = {}, step[3] = {}; // world units; the step is that since the last frame
-    float bend = 0;                     // how far the last step went aside from where it pointed, as a share of it
-    bool steady = false;                // the motion is much like that of the frame before
+    float bend = 0;      // deviation of the last step from the direction of the one before, as a share of its length
+    bool steady = false; // the motion is much like that of the frame before
 };
 
 // Inputs of the decisions of one frame.
@@ -51,7 +51,8 @@ inline float allowedChange(const ReuseRule& rule, uint32_t e, uint32_t strip, co
     if (!rule.eye[e].steady)
         return bound;
     const float spread = stagger(strip);
-    if (keys.count == 1 && keys.fresh != 0) // or the picture would jump when all of a first frame is due at once
+    // else all strips of a first frame would be due in one frame, and the picture would jump
+    if (keys.count == 1 && keys.fresh != 0)
         return bound * spread;
     return bound * (1 - kSpread + kSpread * spread);
 }
@@ -78,7 +79,7 @@ inline KeptChange changeAtMost(const StripKeys& keys, const float* camera)
 // Changes in the next frame if the camera goes on as it does, 1 = full scale.
 struct Outlook {
     float rate;    // seen of the step itself
-    float urgency; // of what is kept: an entry whose key lies ahead gets better by itself
+    float urgency; // urgency of decoding it again: an entry whose key lies ahead gets better by itself
 };
 
 template <typename Change>
@@ -139,8 +140,8 @@ inline bool placeAhead(const EyeMotion& motion, float rate, float lead, float le
     return found;
 }
 
-// Must a strip be decoded whatever the budget? Without a budget each that is due must; else one of which nothing is
-// kept, and one that is grossly wrong.
+// True if a strip must be decoded whatever the budget: without a budget every due strip; else a strip without an entry,
+// or with one that is grossly wrong.
 inline bool mustDecode(const ReuseRule& rule, bool kept, float error)
 {
     return rule.decode_budget == 0 || !kept || !(error <= kGross);

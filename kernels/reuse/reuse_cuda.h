@@ -19,7 +19,7 @@ struct CUstream_st;
 namespace gsc {
 
 constexpr uint32_t kNoEntry = ~0u;
-constexpr uint32_t kKeptWords = 3; // of 8 bytes, per Gaussian of an entry (kept_entry.cuh)
+constexpr uint32_t kKeptWords = 3; // words of 8 bytes per Gaussian of an entry (kept_entry.cuh)
 
 // A strip with a visible anchor, as select lists it.
 struct alignas(16) ListedStrip {
@@ -55,8 +55,8 @@ struct alignas(16) KeptEntry {
 // Something that is decoded.
 struct alignas(16) Want {
     ListedStrip strip;
-    uint32_t index; // of the strip in the list
-    uint32_t eye;   // whose entry
+    uint32_t index; // index of the strip in the list
+    uint32_t eye;   // eye that the entry belongs to
     uint32_t eyes;  // bits of those that draw it
 };
 
@@ -79,7 +79,7 @@ struct ReuseCounters {
 
 // Device pointers.
 struct ReuseTables {
-    uint32_t strips; // of the model
+    uint32_t strips; // strips of the model
     uint32_t slots;  // at most an entry per strip and eye
     uint32_t room;   // Gaussians of an entry
     ReuseCounters* counters;
@@ -114,9 +114,9 @@ inline void setNow(ScheduleCudaArgs& args, const ReuseNow& now)
     args.now = now;
 }
 
-// Decides what is drawn from entries and lists what is to be decoded. Asynchronous, as all.
+// Decides which strips are drawn from entries, and lists those to be decoded. Asynchronous, as all.
 void scheduleCuda(const ScheduleCudaArgs& args, uint32_t processors, CUstream_st* stream);
-// Then claims slots for what has none.
+// Then claims slots for strips without one.
 void claimCuda(const ScheduleCudaArgs& args, uint32_t processors, CUstream_st* stream);
 
 } // namespace gsc

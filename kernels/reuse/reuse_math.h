@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much what is drawn of an anchor changes while it is kept (design section 5), on a CPU. policy.h decides by it.
+// Change of an anchor's picture while its decoded Gaussians are kept (design section 5), on a CPU. policy.h decides by
+// it.
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -9,12 +10,13 @@
 
 namespace gsc {
 
-// Where on the line between its keys a strip can be drawn, as a share of the way: what shows only beyond is not kept.
+// Range on the line between its keys in which a strip can be drawn, as shares of the way: Gaussians that show only
+// beyond are not kept.
 constexpr float kLeastMix = -0.5f, kMostMix = 1.5f;
 // Between two keys the change predicted from one to the other is all there but for this share, in the middle: measured on
 // four trained models and the paths of gsc sample paths.
 constexpr float kCurve = 0.07f;
-constexpr float kBroad = 0.02f; // of the picture
+constexpr float kBroad = 0.02f; // a Gaussian that covers a larger share of the picture is broad
 constexpr float kThinnest = 16;
 
 // Fixed per strip, spread over [0.3, 1).
@@ -31,8 +33,9 @@ inline float broadShare(float cover)
     return cover > kBroad ? std::sqrt(kBroad / cover) : 1.0f;
 }
 
-// A sensitivity counts axes thinner than `least` of the longest as that long: by how much more the mean square of a
-// turn shows in a splat that is thinner, from 1 to kThinnest. `conic`: the inverse of its covariance, xx, xy, yy.
+// Correction for thin splats: a sensitivity counts axes thinner than `least` of the longest as that long, so a turn of
+// a thinner splat changes more pixels than predicted, by this factor of the mean square, 1 to kThinnest. `conic`: the
+// inverse of its covariance, xx, xy, yy.
 inline float thinness(const float* conic, float least)
 {
     const float trace = conic[0] + conic[2], determinant = conic[0] * conic[2] - conic[1] * conic[1];
@@ -40,8 +43,8 @@ inline float thinness(const float* conic, float least)
     return !(determinant > 0) || more > kThinnest ? kThinnest : more > 1 ? more : 1.0f;
 }
 
-// Predicted change of what anchor p draws, 1 = full scale, when the camera moves from c0 to c1. direction, distance:
-// its sensitivities, per change of the unit direction and per relative change of the distance. The scalar twin of
+// Predicted change of anchor p's picture, 1 = full scale, when the camera moves from c0 to c1. direction, distance: its
+// sensitivities, per change of the unit direction and per relative change of the distance. The scalar twin of
 // stripError(). Not finite where a camera lies on the anchor.
 inline float predictedChange(const Vec3<float>& p, const float* c0, const float* c1, float direction, float distance)
 {
@@ -83,7 +86,8 @@ inline float changeBound(const StripReach& reach, const float* reference, const 
     return 1.001f * reach.rate * std::sqrt(step) / left + 1e-6f * reach.weight;
 }
 
-// Where a strip was or will be decoded from, its keys. Drawn on the line between the two, and on along it; by any eye.
+// Keys of a strip: the camera centres that it was, or will be, decoded from. It is drawn on the line between both, and
+// on along it; by any eye.
 struct StripKeys {
     float center[2][3] = {}; // world units; the way of the camera goes from the first to the second, which is the first
                              // again where there is one
@@ -94,11 +98,11 @@ struct StripKeys {
     uint8_t fresh = 0;       // other than 0: nothing of the strip and eye was kept before
 };
 
-// Where on the way between its keys an entry is drawn for a camera.
+// Point on the way between its keys at which an entry is drawn for a camera.
 struct KeyPlace {
     float t;        // 0 draws the first key, 1 the second; from kLeastMix to kMostMix, on along the line
-    float curve;    // what the way between the keys adds to the change from `point` to the camera, 1 = full scale
-    float point[3]; // of the keys' line, next to the camera
+    float curve;    // change that the way between the keys adds to that from `point` to the camera, 1 = full scale
+    float point[3]; // point of the keys' line nearest to the camera
 };
 
 inline KeyPlace placeBetween(const StripKeys& keys, const float* camera)

@@ -55,15 +55,17 @@ inline void setNow(PaintKeptArgs& args, const ReuseNow& now)
     args.frame = now.frame;
 }
 
-void selectStripsCuda(const StripSelectArgs& args, uint32_t processors, CUstream_st* stream); // of the visible groups
+// lists strips of the visible groups
+void selectStripsCuda(const StripSelectArgs& args, uint32_t processors, CUstream_st* stream);
 
-// Decodes what is due, all anchors of each strip, into its entry, or, where another has its slot, draws it. One pass.
+// Decodes the due strips, all anchors of each, into their entries; draws a strip directly if another holds its cache
+// slot. One pass.
 void decodeKeepCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream);
-// Draws what is listed to be drawn of entries. After decodeKeepCuda().
+// Draws the strips that are listed to be drawn from entries. After decodeKeepCuda().
 void drawKeptCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream);
-// After both: paints what they wrote.
+// Paints the splats that both wrote. After both.
 void paintKeptCuda(const PaintKeptArgs& args, uint32_t processors, CUstream_st* stream);
-// As decodeFastGaps(), which is also decodeKeepCuda()'s.
+// Most splat slots that stay unused, for decodeKeepCuda() too: see decodeFastGaps().
 uint32_t drawKeptGaps(uint32_t processors, uint32_t slot_capacity);
 
 } // namespace gsc

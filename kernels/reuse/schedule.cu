@@ -33,7 +33,7 @@ __device__ uint32_t decide(const ScheduleCudaArgs& args, const ListedStrip& list
     const bool own = entry.owner == id, due = !own || !youngEnough(args.now.frame, entry.decoded, depth);
     if (own)
         entry.used = args.now.frame;
-    bool decodes = due; // what is decoded for both counts for the first that draws it
+    bool decodes = due; // a decode for both eyes counts for the first that draws it
 #pragma unroll
     for (uint32_t e = 0; e < kMaxEyes; ++e) {
         if ((eyes >> e & 1u) == 0)
@@ -78,8 +78,8 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
     }
 }
 
-// Lets strips that want a slot claim theirs, if the entry in it was not drawn in this frame; of several the first in
-// the file wins.
+// Lets strips that want a cache slot claim theirs, if the entry in it was not drawn in this frame; of several the first
+// in the file wins.
 __global__ void __launch_bounds__(kThreads) claimKernel(const __grid_constant__ ScheduleCudaArgs args)
 {
     const ReuseTables& tables = args.tables;

@@ -13,7 +13,7 @@ namespace gsc {
 // any change of direction.
 constexpr float kLeastSensitivity = 1e-3f;
 
-// Positions of a strip's anchors and what schedules them. Lanes past the last anchor repeat it.
+// Positions of a strip's anchors and the values that scheduling needs. Lanes past the last anchor repeat it.
 struct alignas(64) StripAnchors {
     float x[kStripAnchors], y[kStripAnchors], z[kStripAnchors]; // world units
     float direction[kStripAnchors]; // SENS: change per unit of view direction, 1 = full scale

@@ -29,7 +29,7 @@ struct ListStrips {
     static __device__ __forceinline__ uint32_t list(const Args& args, const WarpOfGroup& warp, const float* fraction)
     {
         const uint32_t lane = threadIdx.x & 31u;
-        if ((warp.any >> (lane & 16u) & 0xffffu) == 0) // nothing of this lane's strip
+        if ((warp.any >> (lane & 16u) & 0xffffu) == 0) // no anchor of this lane's strip is visible
             return 0;
         const uint32_t slot = warp.slot + (lane < 16 ? 0u : uint32_t((warp.any & 0xffffu) != 0));
         if (args.fraction != nullptr)

@@ -11,10 +11,10 @@ constexpr uint32_t kStaged = kRows * 4 * kItemsPerLane; // Gaussians of a strip 
 // Outputs of the networks for the living Gaussians of a strip, packed without gaps so that projecting them keeps every
 // lane busy.
 struct StagedStrip {
-    float outputs[10][kStaged]; // as emitGaussian() takes them
+    float outputs[10][kStaged]; // the arguments of emitGaussian()
     float opacities[kStaged];
     uint16_t owners[kStaged]; // row | k << 8
-    uint32_t slots[kStaged];  // in shared bins: what the first eye has written it to, or kNoSlot
+    uint32_t slots[kStaged];  // in shared bins: splat slot that the first eye wrote it to, or kNoSlot
     uint32_t first;           // anchor of the strip
 
     __device__ __forceinline__ float output(uint32_t which, uint32_t i) const { return outputs[which][i]; }
@@ -25,7 +25,7 @@ struct StagedStrip {
 
 // Turn of one eye at a staged strip, where the eyes share their bins.
 struct Turns {
-    bool first; // no eye has written anything of what is staged
+    bool first; // marks the staged Gaussians as not yet written by any eye
     bool last;  // no eye is to follow
 };
 

@@ -17,7 +17,7 @@ namespace gsc {
 // Half precision bounds the accuracy at about 80 dB.
 constexpr uint32_t kOpacityRow = 0, kColorRow = 1, kScaleRow = 4, kRotationRow = 7, kStripRows = 11;
 
-constexpr float kNoOpacity = -65504; // of an anchor that the camera lies on, which draws nothing (trap 17)
+constexpr float kNoOpacity = -65504; // opacity of an anchor that the camera lies on, which draws nothing (trap 17)
 
 constexpr size_t stripKeyValues(uint32_t n_offsets)
 {

@@ -22,11 +22,11 @@ constexpr uint32_t kAnchorResident = 9; // blocks that a multiprocessor holds: 5
 // A thread's anchor in its group, and the lanes of its warp whose anchors are seen.
 struct WarpOfGroup {
     const GroupRecord& group;
-    uint32_t index;            // of the group
-    uint32_t anchor;           // of this thread
-    uint32_t eyes;             // that see it
+    uint32_t index;            // index of the group
+    uint32_t anchor;           // anchor of this thread
+    uint32_t eyes;             // eyes that see it, a bit each
     uint32_t any, left, right; // lanes of the warp that some eye, the first and the second see
-    uint32_t slot;             // of the warp's first entry
+    uint32_t slot;             // slot of the warp's first entry
 };
 
 // Counts visible anchors at the depth of one of them.
@@ -89,7 +89,7 @@ __global__ void __launch_bounds__(kAnchorThreads, kAnchorResident)
         for (uint32_t w = 0; w < warp; ++w)
             slot += warp_count[w];
         noted += Lists::list(args, WarpOfGroup{group, index, anchor, eyes, any, left, right, slot}, fraction);
-        __syncthreads(); // what is shared is used again
+        __syncthreads(); // before shared memory is written again
     }
     for (uint32_t e = 0; e < kMaxEyes; ++e)
         if (seen[e] != 0)

@@ -57,7 +57,7 @@ GSC_HD bool rejectsBox(const EyeBounds& eye, const float* box_min, const float* 
     return false;
 }
 
-// Whether every anchor of the box lies on a finer level than is chosen at its nearest point.
+// True if every anchor of the box lies on a finer level than is chosen at its nearest point.
 GSC_HD bool rejectsLevel(const ModelParams& params, const EyeBounds& eye, int32_t level, const float* box_min,
                          const float* box_max, float extra_max)
 {

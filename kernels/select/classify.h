@@ -26,8 +26,8 @@ struct EyeClassifier {
 };
 
 // Rounding of the quick arithmetic stays below these.
-constexpr float kPlaneSlack = 1e-5f; // of the magnitude of the summands
-constexpr float kLodSlack = 3e-3f;   // of ln(distance)
+constexpr float kPlaneSlack = 1e-5f; // error of a sum, in magnitudes of its summands
+constexpr float kLodSlack = 3e-3f;   // error of ln(distance)
 
 struct LodClassifier {
     bool by_distance;   // else kept at any distance

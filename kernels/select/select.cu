@@ -22,7 +22,7 @@ __global__ void __launch_bounds__(kGroupThreads, kGroupBlocks) groupKernel(const
     if (blockIdx.x == 0 && threadIdx.x == 0 && !args.columns.all()) {
         args.counters->columns = args.columns;
         for (uint32_t e = 0; e < kMaxEyes; ++e)
-            args.counters->any_positive[e] = 1; // nobody looks at what other columns show
+            args.counters->any_positive[e] = 1; // anchors of other columns are not tested: some may be positive
     }
     uint32_t groups[kMaxEyes] = {}, anchors[kMaxEyes] = {};
     // whole warps stay in the loop: they vote. A warp has every `warps`-th run, so that each has one where they are few

@@ -27,7 +27,7 @@ struct SelectArgs {
     float lod_bias;
     float lod_fade = 0;
     ColumnRange
-        columns{}; // that are drawn: an anchor none of whose Gaussians can touch a tile of theirs is not visible
+        columns{}; // columns of tiles that are drawn: an anchor is visible only if its Gaussians can touch one of them
 };
 
 struct SelectCounts {
@@ -51,7 +51,7 @@ struct SeenGroup {
 
 struct SelectScratch {
     Buffer<uint32_t> chunk_eyes;
-    Buffer<SeenGroup> seen; // of selectGroupsCpu()
+    Buffer<SeenGroup> seen; // result of selectGroupsCpu()
     Buffer<GroupMask> groups;
     size_t group_count = 0; // entries of `groups` in use
     std::vector<SelectCounts> worker_counts;

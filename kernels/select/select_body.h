@@ -50,7 +50,7 @@ GSC_HD AnchorDecision<Real> testAnchor(const ModelView& model, const EyeOf<Real>
     return decision;
 }
 
-// Can a Gaussian of the anchor touch a tile of the band? Errs towards yes.
+// True if a Gaussian of the anchor can touch a tile of the band. Errs towards true.
 GSC_HD bool anchorMayTouch(const ModelView& model, const EyeBand& band, uint32_t chunk, uint32_t local)
 {
     const Vec3<float> p = anchorPosition(model, chunk, local);

@@ -16,8 +16,8 @@ struct SelectCudaArgs : FrameNow {
     uint32_t eye_count;
     RasterConstants rules;
     uint32_t* visible_groups;      // groups of the model: group | eyes << kAnchorBits
-    const uint32_t* listed_groups; // whose anchors are tested: visible_groups, or some of them
-    const uint32_t* group_count;   // of those
+    const uint32_t* listed_groups; // groups whose anchors are tested: visible_groups, or some of them
+    const uint32_t* group_count;   // number of listed_groups
     uint32_t* visible;             // capacity: anchor | eyes << kAnchorBits
     float* fraction;               // capacity x 2 or null: opacity factor per eye, if levelsFade()
     uint32_t capacity;
@@ -27,7 +27,8 @@ struct SelectCudaArgs : FrameNow {
 
 // Asynchronous. `processors`: multiprocessors of the device, which size the grids; so in every stage.
 void selectGroupsCuda(const SelectCudaArgs& args, uint32_t processors, CUstream_st* stream);
-void selectAnchorsCuda(const SelectCudaArgs& args, uint32_t processors, CUstream_st* stream); // of the visible groups
+// lists anchors of the visible groups
+void selectAnchorsCuda(const SelectCudaArgs& args, uint32_t processors, CUstream_st* stream);
 
 // Arguments of listing the visible anchors that one pass of a frame decodes: those that may have Gaussians at its
 // depths.

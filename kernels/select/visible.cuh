@@ -26,7 +26,8 @@ __device__ __forceinline__ bool mayTouch(const EyeBand& band, const GroupRun& ru
     return mayTouch(band, low, high, run.gaussian_sigma_max);
 }
 
-// Can a Gaussian of the anchor touch a tile of the band? Errs towards yes: its largest offsets say, of either sign.
+// True if a Gaussian of the anchor can touch a tile of the band. Errs towards true, by the anchor's largest offsets, of
+// either sign.
 __device__ __forceinline__ bool anchorMayTouch(const DeviceModel& model, const EyeBand& band, uint32_t anchor,
                                                const float4& placement)
 {
@@ -40,8 +41,8 @@ __device__ __forceinline__ bool anchorMayTouch(const DeviceModel& model, const E
     return mayTouch(band, low, high, fmaxf(shape.extent[0], fmaxf(shape.extent[1], shape.extent[2])));
 }
 
-// Can a chunk (by one of its runs) or a group hold an anchor upstream would show to eye `e`, among the columns that are
-// drawn? Errs towards yes: every bound is widened by more than fp32 rounding can move it.
+// True if a chunk (by one of its runs) or a group can hold an anchor that upstream would show to eye `e`, among the
+// columns that are drawn. Errs towards true: every bound is widened by more than fp32 rounding can move it.
 template <typename Record>
 __device__ __forceinline__ bool mayShow(const SelectCudaArgs& args, const Record& record, uint32_t e)
 {
@@ -83,7 +84,7 @@ __device__ __forceinline__ bool mayShow(const SelectCudaArgs& args, const Record
     if (!(reach < 1e6f))
         return true;
     const float wx = 0.5f * float(eye.width) + reach, wy = 0.5f * float(eye.height) + reach;
-    // the two planes of a side lean by what the image's middle is off the axis; the longer normal serves both
+    // the image's middle off the axis makes the two planes of a side lean differently; the longer normal serves both
     const float ox = eye.focal_x * eye.tan_mid_x, oy = eye.focal_y * eye.tan_mid_y;
     const float sx = wx + fabsf(ox), sy = wy + fabsf(oy);
     const float nx = radius * sqrtf(eye.focal_x * eye.focal_x + sx * sx);
@@ -92,9 +93,9 @@ __device__ __forceinline__ bool mayShow(const SelectCudaArgs& args, const Record
            fabsf(t.y * eye.focal_y - t.z * oy) - t.z * wy <= ny * 1.001f;
 }
 
-// Does footprint() surely say that the anchor is visible? For the many whose middle lies in the image and whose ellipse is
-// none that rounding could flatten: then its determinant is above zero, so that its square has a width, and a tile. Every
-// bound is far from where rounding could make it wrong. Upstream's first rasteriser alone.
+// True if footprint() surely says that the anchor is visible: a quick test for the many anchors whose middle lies in
+// the image and whose ellipse rounding cannot flatten. Its determinant is then above zero, so that its square has a
+// width, and a tile. Every bound is far from where rounding could make it wrong. Upstream's first rasteriser alone.
 __device__ __forceinline__ bool surelyVisible(const RasterConstants& rules, const EyeParams& eye, const Vec3<float>& p,
                                               const float* scale)
 {

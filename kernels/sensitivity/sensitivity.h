@@ -27,22 +27,22 @@
 namespace gsc {
 
 // Weights of a change of opacity and of shape beside one of premultiplied colour: the contrast, 0..1, between a
-// Gaussian and what lies behind it.
+// Gaussian and its background.
 struct SensitivityWeights {
     double opacity = 0.15;
     double scale = 0.15;
 };
 constexpr SensitivityWeights kSensitivityWeights;
-constexpr double kThinAxis = 0.1; // of the longest axis
+constexpr double kThinAxis = 0.1; // an axis thinner than this share of the longest is thin
 
 constexpr uint32_t kProbes = 6;        // directions an anchor is looked at from
 constexpr uint32_t kOffsetStep = 2;    // probe p looks at the offsets k with k mod 2 = p mod 2; 1 = at all
-constexpr uint32_t kProbeTangents = 2; // one of the direction, one of the logarithm of the distance
+constexpr uint32_t kProbeTangents = 2; // the direction, and the logarithm of the distance
 
 struct SensitivityProbe {
     double direction[3]; // unit, from the camera to the anchor
     double tangent[3];   // unit, orthogonal to it
-    double distance;     // world units; what networks that take the distance are given
+    double distance;     // world units; distance given to networks that take one
 };
 
 // The axes of a fixed frame, turned so that none is an axis of the scene. `distance` is sensitivityDistance(); the
@@ -53,7 +53,7 @@ SensitivityProbe sensitivityProbe(uint32_t probe, double distance);
 // of the diagonal of ModelParams::bounds. 1 where neither is known.
 double sensitivityDistance(const ModelView& model, uint32_t chunk);
 
-// Whether some network takes the distance; where none does, distance sensitivities are 0.
+// True if some network takes the distance; else distance sensitivities are 0.
 bool takesDistance(const ModelView& model);
 
 struct SensitivityScratch {

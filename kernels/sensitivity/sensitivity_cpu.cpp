@@ -23,13 +23,13 @@ namespace gsc {
 // Values of one call that do not depend on the anchor.
 struct SensitivityTable {
     const ModelView* model;
-    const MlpRecord* bank_mlp;                    // or null
+    const MlpRecord* bank_mlp;                    // null = no feature bank
     uint32_t tangents;                            // 1, or 2 with the distance
     const float* zero;                            // 3 hidden_pad zeros
     const float* base[kProbes];                   // 3 hidden_pad: bias and the probe's share
     const float* slope[kProbes][kProbeTangents];  // 3 hidden_pad: derivative of base
     float bank[kProbes][3];                       // weights of the feature bank
-    float bank_slope[kProbes][kProbeTangents][3]; // and their derivatives
+    float bank_slope[kProbes][kProbeTangents][3]; // derivatives of the feature bank's weights
     float* rows;                                  // scratch of one vector of anchors
 };
 
@@ -432,7 +432,7 @@ SensitivityTable prepare(const ModelView& model, uint32_t chunk, int32_t appeara
     const PackedMlpHeader& packed = *reinterpret_cast<const PackedMlpHeader*>(model.packed);
     const size_t F = params.feat_dim, columns = size_t(3) * packed.hidden_pad;
     const size_t rows = 2 * F + 3 + (1 + kProbeTangents) * (2 * columns + packed.out_pad[0]);
-    const size_t lists = columns; // of 16-bit numbers, more than they need
+    const size_t lists = columns; // lists of 16-bit numbers, more than they need
     scratch.values.reserve(rows * kMaxLanes + lists + columns + columns * kProbes * (1 + kProbeTangents));
     SensitivityTable table{};
     table.model = &model;

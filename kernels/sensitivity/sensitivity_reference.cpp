@@ -57,7 +57,7 @@ std::vector<Drawn> drawnAt(const ModelView& model, uint32_t chunk, uint32_t loca
         anchor.setShape(k, g);
         std::copy_n(g.color, 3, drawn[k].color);
         const double longest = std::max({0.0, g.scale[0], g.scale[1], g.scale[2]});
-        // covariance3() squares what it is given: fourth roots of the inverse make M^-1/2
+        // covariance3() squares its argument: fourth roots of the inverse make M^-1/2
         double whitening[3];
         for (int i = 0; i < 3; ++i)
             whitening[i] = 1 / std::sqrt(std::hypot(g.scale[i], kThinAxis * longest));
@@ -119,7 +119,7 @@ void viewSensitivityReference(const ModelView& model, uint32_t chunk, uint32_t l
         const auto rate = [&](const std::vector<Drawn>& after, double tangents) {
             double living = 0, squares = 0;
             for (size_t k = p % kOffsetStep; k < before.size(); k += kOffsetStep) {
-                living += before[k].opacity != 0; // or NaN
+                living += before[k].opacity != 0; // NaN counts too
                 squares += tangents * squaredChange(before[k], after[k]);
             }
             return std::sqrt(squares / std::max(living, 1.0)) / kStep;

@@ -24,7 +24,7 @@ public:
 
     [[nodiscard]] size_t lines() const { return m_lines; }
 
-    // The next `lines` lines, or what is left, into the second cache level: the first has the stage's own data.
+    // Prefetches the next `lines` lines, or the rest, into the second cache level: the first has the stage's own data.
     void ask(size_t lines)
     {
         lines = std::min(lines, m_lines);

@@ -19,7 +19,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Lanes of a stage: what the machine has, at most 16 (a tile's row, and what AVX-512 holds).
+// Lanes of a stage: the machine's, at most 16 (a tile's row, and the lanes of AVX-512).
 using LaneTag = hn::CappedTag<float, 16>;
 using D = LaneTag;
 using V = hn::Vec<D>;

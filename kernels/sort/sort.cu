@@ -13,25 +13,25 @@ constexpr uint32_t kThreads = 512;
 constexpr uint32_t kWarps = kThreads / 32;
 constexpr uint32_t kBlocksPerProcessor = 2;
 constexpr uint32_t kItems = 16;      // keys per thread at most
-constexpr uint32_t kLongestRun = 32; // of equal keys that one thread orders
+constexpr uint32_t kLongestRun = 32; // longest sequence of equal keys that one thread orders
 
 static_assert(kWarpPiece == 32 * kItems && kWarpPiece << (kPieceClasses - 2) == kThreads * kItems);
 
-// Where item `e` of a sorted piece lies: a hole after every 16, so that neither blocks nor stripes meet in a bank.
+// Place of item `e` of a sorted piece: a hole after every 16, so that neither blocks nor stripes meet in a bank.
 __device__ __forceinline__ constexpr uint32_t padded(uint32_t e)
 {
     return e + e / 16;
 }
 
 struct SortShared {
-    uint32_t sorted[padded(kThreads * kItems)]; // also the room of the network
+    uint32_t sorted[padded(kThreads * kItems)]; // also memory of the sorting network
     uint32_t slots[kThreads * kItems];
-    uint32_t ties[kThreads * kItems / 32]; // bit e: what is at e and what follows it are equal
+    uint32_t ties[kThreads * kItems / 32]; // bit e: key e and the next are equal
     uint32_t low[kWarps], high[kWarps];
     uint32_t next[kWarps];
 };
 
-static_assert(sizeof(SortShared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
+static_assert(sizeof(SortShared) <= 99 * 1024); // most that a block can have on compute capability 8.6, 8.9 and 12.0
 
 // The part of the shared memory that a team may use.
 struct TeamMemory {
@@ -255,7 +255,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) sortKernel(cons
     PassCounters& counters = args.counters->pass;
     const auto pieces = [&](uint32_t kind) { return args.pieces + size_t(kind) * args.piece_capacity; };
     const auto memoryFrom = [&](uint32_t first_warp) {
-        constexpr uint32_t kKeys = 32 * kItems; // of a warp
+        constexpr uint32_t kKeys = 32 * kItems; // keys of a warp
         return TeamMemory{shared.sorted + first_warp * padded(kKeys), shared.slots + first_warp * kKeys,
                           shared.ties + first_warp * kItems, shared.low + first_warp, shared.high + first_warp};
     };

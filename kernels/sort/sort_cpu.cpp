@@ -78,7 +78,7 @@ size_t gatherKeys(const SortArgs& args, const Workers& workers, SortScratch& scr
     return total;
 }
 
-// A part of what a depth has above the least of all.
+// A digit of a key: some bits of its depth minus the least depth.
 struct Digit {
     uint32_t low, shift, bits;
 
@@ -118,7 +118,7 @@ void radixPass(const Workers& workers, const SortKey* from, SortKey* to, size_t 
 }
 
 // Runs of equal depth are rare and short: they are put in emission order afterwards. All are found before any is
-// sorted, so that no worker reads what another writes.
+// sorted, so that no worker reads a run that another writes.
 void orderTies(const SortArgs& args, const Workers& workers, SortKey* keys, size_t count, size_t chunks,
                std::vector<std::vector<SortRun>>& runs)
 {

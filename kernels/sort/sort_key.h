@@ -9,7 +9,7 @@ namespace gsc {
 
 struct SortKey {
     uint32_t depth_bits; // view z, whose bits order like it because it is positive
-    uint32_t slot;       // of the splat; on a device counted over all lists
+    uint32_t slot;       // slot of the splat; on a device counted over all lists
 };
 
 } // namespace gsc

@@ -63,7 +63,7 @@ public:
             thread.join();
     }
 
-    // As Workers::run(). Precondition: count > 0.
+    // See Workers::run(). Precondition: count > 0.
     void run(size_t count, size_t grain, const Workers::Body& body)
     {
         grain = std::max<size_t>(1, grain);
@@ -79,7 +79,7 @@ private:
         const Workers::Body& body;
         std::atomic<size_t> next{0};
         std::atomic<bool> failed{false};
-        std::exception_ptr error{}; // of the body that failed first
+        std::exception_ptr error{}; // error of the body that failed first
     };
 
     void run(Job& job)
@@ -98,7 +98,7 @@ private:
         work(job, 0);
 
         std::unique_lock lock(m_mutex);
-        m_job = nullptr; // nobody joins from here on, so the job may go when the last has left
+        m_job = nullptr; // no thread joins from here on, so the job may go when the last has left
         lock.unlock();
         lookFor([this] { return m_helping == 0; });
         lock.lock();
@@ -142,7 +142,7 @@ private:
     }
 
     std::mutex m_callers; // held by the thread whose job is posted
-    std::mutex m_mutex;   // what is below changes only under it
+    std::mutex m_mutex;   // guards the members below
     std::condition_variable m_posted, m_left;
     std::atomic<uint32_t> m_posts{0};
     std::atomic<uint32_t> m_helping{0}; // threads inside the job, beside its caller

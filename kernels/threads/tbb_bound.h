@@ -8,13 +8,13 @@
 
 namespace gsc {
 
-// Where threads are short TBB starts none from here on: its loops then run on the threads that call them. Says whether
-// that is so. `threads` as for poolThreads().
+// Keeps TBB from starting threads if threads are short: its loops then run on the threads that call them. Returns true
+// if so. `threads` as for poolThreads().
 inline bool boundTbb(int threads = 0)
 {
     if (!threadsAreShort(threads))
         return false;
-    // never destroyed: at the end of the program it would let TBB start what it was kept from
+    // never destroyed: at the end of the program TBB would be free to start the threads it was denied
     static const auto* const none = new tbb::global_control(tbb::global_control::max_allowed_parallelism, 1);
     (void)none;
     return true;

@@ -11,10 +11,10 @@ namespace gsc {
 // Device arrays of the whole model, for DeviceModel to point to.
 struct AnchorArrays {
     float *placement, *size, *shape;
-    float* rotation; // or null
+    float* rotation; // null = none
     uint32_t* source;
-    uint16_t* feature;           // or null
-    uint64_t* offset;            // or null
+    uint16_t* feature;           // null = none
+    uint64_t* offset;            // null = none
     CompactShape* compact_shape; // DeviceModel
     uint32_t *compact_feature, *compact_offset;
 };
@@ -31,7 +31,7 @@ struct UploadArgs {
 
 void uploadCuda(const UploadArgs& args, CUstream_st* stream); // asynchronous
 
-// A cudaError_t: does the current device run the code of this build?
+// Returns a cudaError_t: success if the current device runs the code of this build.
 int probeCuda();
 
 } // namespace gsc

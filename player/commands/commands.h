@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands of gsc-play. Playing has no word of its own: it is what the program does with a file.
+// The commands of gsc-play. Playing has no command: gsc-play FILE plays.
 #pragma once
 
 #include "runtime/cli/tool.h"

@@ -22,17 +22,17 @@ void addLookOptions(CLI::App& app, PlayOptions& options); // colours, and how tw
 enum class Views { Cameras, Window, Headset };
 // Tier, backend, memory, foveation, reuse, detail, levels.
 void addRunOptions(CLI::App& app, PlayOptions& options, Views views = Views::Cameras);
-// --shard; `what` is split: "the frames". Every shard of it keeps what it has done in `file`, "--stats".
+// Adds --shard; `what`: the work that is split, "the frames". Every shard keeps its finished work in `file`, "--stats".
 void addShard(CLI::App& app, PlayOptions& options, const char* what, const char* file);
 void addScoreFrames(CLI::App& app, ScoreOptions& score); // --score-every, --score-first
 void addTargetOption(CLI::App& app, PlayOptions& options, Views views = Views::Cameras);
-void addFirstPicture(CLI::App& app, PlayOptions& options); // of what is watched while it loads
+void addFirstPicture(CLI::App& app, PlayOptions& options); // draws while the model loads
 void settleFirstPicture(PlayOptions& options);             // after parsing: tier exact waits for the file
 
 // A backend by name, or "auto" too: the names of every build; one that this build lacks is refused when it is opened.
 OptionHandle addBackend(CLI::App& app, const char* name, std::string& field, bool or_auto, const char* help);
 
-// --shard needs a `file` to keep what is done in, named by `option`. Throws Error(Usage).
+// --shard needs a `file` for finished work, named by `option`. Throws Error(Usage).
 void checkShardFile(const PlayOptions& options, const char* option, const std::string& file);
 
 // The option that asks for detail. Precondition: one does.
@@ -46,7 +46,7 @@ void checkEyes(const CLI::App& app, const PlayOptions& options, bool takes_two_e
 void checkRenderOptions(const CLI::App& app, const PlayOptions& options, bool paths_follow,
                         bool takes_two_eyes = false);
 
-// Throws Error(Usage) if `option` was given and `has_effect` is false; `needs` is what it wants.
+// Throws Error(Usage) if `option` was given and `has_effect` is false; `needs`: the options it needs.
 void checkEffect(const CLI::App& app, const char* option, bool has_effect, const std::string& needs);
 
 } // namespace gsc

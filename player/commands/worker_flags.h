@@ -11,8 +11,8 @@ class App;
 namespace gsc {
 
 void addWorkerOptions(CLI::App& app, PlayOptions& options);
-// Refuses options that do not go together, and what the devices do not do unless runs of a sweep say what that is. Throws
-// Error (Usage, Unsupported, Device).
+// Refuses options that contradict each other, and such that the devices cannot do; sweeps: their runs choose the
+// options. Throws Error (Usage, Unsupported, Device).
 void checkWorkerOptions(const CLI::App& app, const PlayOptions& options, bool sweeps = false);
 
 } // namespace gsc

@@ -74,7 +74,7 @@ std::optional<DrawnPose> FrameSource::next(std::chrono::nanoseconds most)
                         formatString("no worker is left%s%s", why.empty() ? "" : ", the last because: ", why.c_str()),
                         "one", "look at --list-devices and start again");
         }
-        if (stats.counts.open() == 0) // what was asked for has expired or failed
+        if (stats.counts.open() == 0) // the poses asked for have expired or failed
             m_open.clear();
         return std::nullopt;
     }
@@ -115,7 +115,7 @@ std::vector<ShownPicture> FrameSource::shown(const DrawnPose& drawn)
         } catch (const Error& e) {
             if (e.code() != ErrorCode::Device)
                 throw;
-            m_ring.reset(); // which also lets go of the device, so that the service can make it anew
+            m_ring.reset(); // also frees the device, so that the service can open it again
             return {};
         }
         m_handed = pictures;

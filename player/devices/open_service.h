@@ -15,7 +15,7 @@ namespace gsc {
 
 struct OpenedService {
     std::unique_ptr<RendererService> service;
-    std::vector<std::string> devices; // that draw, as they are named
+    std::vector<std::string> devices; // names of the devices that draw
 };
 
 // Opens the service. The CPU loads a model that the better device cannot load, where the options leave the choice.

@@ -14,7 +14,7 @@ namespace gsc {
 
 namespace {
 
-// As many as are asked for, of those that this machine has.
+// Returns as many devices as asked for, of those that this machine has.
 std::vector<DeviceId> devicesOf(const WorkerCount& count)
 {
     if (count.on_cpu)

@@ -10,11 +10,12 @@
 
 namespace gsc {
 
-// The devices that the options ask for, a worker each. Without --gpus and --devices that of --backend and --device, which
-// may be "auto"; then the ranks of an MPI job. Throws Error (Usage, Device).
+// The devices that the options ask for, a worker each. Without --gpus and --devices the device of --backend and
+// --device, which may be "auto"; then the ranks of an MPI job. Throws Error (Usage, Device).
 std::vector<DeviceId> workerDevices(const DeviceChoice& choice);
 
-// Whether one of them is a GPU; "auto" as firstDevice() has it. Throws as workerDevices(), but for GPUs that are not there.
+// True if one of them is a GPU; "auto" as firstDevice() resolves it. Throws as workerDevices(), but not for GPUs that
+// do not exist.
 bool drawsOnGpu(const DeviceChoice& choice);
 
 // First of the workers' devices; "auto" becomes the best that the machine can run. `log`, if not null, gets a warning
@@ -40,7 +41,7 @@ struct RemoteWorkers {
 void setRemoteWorkers(RemoteWorkers workers); // before any other thread runs
 const RemoteWorkers* remoteWorkers();         // null = none
 
-// Whether a service draws, even one of a single worker.
+// True if a service draws, even with a single worker.
 bool drawsWithService(const DeviceChoice& choice);
 
 // gsc-play --list-devices: name, memory and links. schemas/device-list.schema.json

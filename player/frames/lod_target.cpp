@@ -13,8 +13,8 @@ namespace {
 // How far a target may let the bias fall.
 double coarsestBias(const Scene& scene, const FrameChoice& choice)
 {
-    // all levels and, for forks of 2, what is up to sixteen times nearer than the finest asks for; no more, because it
-    // would have to be climbed again
+    // all levels and, for forks of 2, up to sixteen times the distance beyond the finest level; no more, because the
+    // bias has to climb back
     const double coarsest = choice.lod_bias - double(scene.view().params->level_clamp) - 4;
     return std::max(coarsest, -kMaxLodBias);
 }

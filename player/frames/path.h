@@ -11,14 +11,14 @@ namespace gsc {
 
 // The poses of one trajectory, as a run asks for them.
 struct Path {
-    std::string name;    // that the trajectory states, or its file's stem
+    std::string name;    // stated by the trajectory, else the file name without its extension
     std::string cameras; // as the caller named it
     std::vector<Shot> shots;
     uint32_t eye_count = 1;
     std::string no_path; // ShotFacts::no_path
 };
 
-// `listed` is what reports call the cameras. Throws as chooseShots().
+// `listed`: name of the cameras in reports. Throws as chooseShots().
 Path openPath(const Scene& scene, const std::string& model, const CameraChoice& choice, const ViewChoice& view,
               const std::string& listed, Reporter& log);
 

@@ -14,7 +14,7 @@
 namespace gsc {
 
 struct ShotFacts {
-    std::string title;   // that a trajectory states; empty = none
+    std::string title;   // stated by the trajectory; empty = none
     std::string no_path; // why the shots are no path, as a message says it; empty = they are one
 };
 
@@ -27,7 +27,7 @@ std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, cons
 // of.
 FrameChoice choiceOn(const std::string& no_path, const FrameChoice& choice, Reporter& log);
 
-// Background, near plane, tier, detail, stereo, what is said of levels, and reuse; the appearance is the shot's.
+// Sets background, near plane, tier, detail, stereo, levels and reuse; the appearance is the shot's.
 FrameOptions frameOptions(const Scene& scene, const FrameChoice& choice);
 
 } // namespace gsc

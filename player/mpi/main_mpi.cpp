@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// gsc-play with the ranks of an MPI job as devices: rank 0 does what gsc-play does, the others draw for it.
+// gsc-play with the ranks of an MPI job as devices: rank 0 runs gsc-play, the others draw for it.
 #include <gsc/error.h>
 #include <gsc/interrupt.h>
 #include "player/commands/commands.h"
@@ -16,8 +16,8 @@
 
 namespace {
 
-// Whether all ranks are one build, before any sends a struct that another would misread; those that are not say so.
-// The layout is for builds from sources that were changed since their commit.
+// True if all ranks are one build; others would misread its structs, and say so. The layout tells builds apart whose
+// sources were changed since their commit.
 bool isOneBuild(int rank)
 {
     const std::string version = gsc::versionText("gsc-play-mpi");
@@ -75,8 +75,9 @@ int main(int argc, char** argv)
         gsc::setRemoteWorkers(std::move(remote));
         code = gsc::runGscPlay(argc, argv);
         if (gsc::ranksHang()) {
-            // The run is over, and what it wrote is whole. MPI_Finalize() would wait for the rank for ever, and mpirun
-            // takes any other end for a failure; of this one it gives the code, 0 too, though it calls it an abort.
+            // The run is over, and its output is complete. MPI_Finalize() would wait for ever for a rank that has gone,
+            // and mpirun counts any other end as a failure; MPI_Abort() passes the exit code on, 0 too, though mpirun
+            // calls it an abort.
             std::fprintf(stderr,
                          "warning: gsc-play-mpi: a rank hangs, expected it to end with the run; its process is ended "
                          "by MPI_ABORT, and the exit code is that of the run, %d\n",

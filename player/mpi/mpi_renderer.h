@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renderers of other ranks, for a service on rank 0, and what those ranks do.
+// Renderers on other ranks, for a service on rank 0, and the loop of those ranks.
 #pragma once
 
 #include "player/devices/worker_options.h"
@@ -20,8 +20,8 @@ WireBytes wireBytes();
 // Draws the frames that rank 0 asks for, until it asks to quit. Called by every rank but 0.
 // on_machine: the rank's number among those of its machine, which share its GPUs out.
 void serveRank(int on_machine);
-void endRanks(); // of rank 0
-// Whether a thread still waits for another rank when all renderers should have gone: then only MPI_Abort() ends the
+void endRanks(); // called by rank 0
+// True if a thread still waits for another rank when all renderers should have gone: then only MPI_Abort() ends the
 // job.
 bool ranksHang();
 

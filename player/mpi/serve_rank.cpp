@@ -33,7 +33,7 @@ struct RankRenderer {
     std::deque<RankFrame> frames;
 };
 
-// Its ordinal. Ranks of a machine take its GPUs in turn, without those that cannot be used.
+// Ordinal of this rank's GPU: ranks of a machine take its GPUs in turn, without those that cannot be used.
 int deviceOf(const std::string& backend, int on_machine)
 {
     std::vector<int> usable;
@@ -48,10 +48,10 @@ class RankServer {
 public:
     explicit RankServer(int on_machine) : m_on_machine(on_machine) {}
 
-    // One request; false for the last.
+    // Serves one request; returns false after the last.
     bool serve()
     {
-        if (!requestIsHere()) { // what is in flight ends while nothing else is to begin
+        if (!requestIsHere()) { // no new request: end a frame in flight
             for (auto& [number, own] : m_renderers)
                 if (!own.frames.empty()) {
                     endFrame(number, own);

@@ -21,7 +21,7 @@ enum class WireCommand : uint32_t { Open, Draw, DropCaches, Close, Quit };
 
 struct WireRequest {
     WireCommand command = WireCommand::Quit;
-    uint32_t renderer = 0; // its number, which tells its replies from others
+    uint32_t renderer = 0; // number of the renderer: tells its replies from others
     uint64_t ticket = 0;
     uint32_t eye_count = 0;
     PixelFormat format = PixelFormat::Rgba8;
@@ -41,9 +41,9 @@ struct WireOpen {
 struct WireReply {
     uint64_t ticket = 0;
     int32_t code = 0;            // ErrorCode
-    uint32_t part_bytes[4] = {}; // of an error's subject, found, expected and remedy
+    uint32_t part_bytes[4] = {}; // lengths of an error's subject, found, expected and remedy
     uint32_t setting_count = 0;
-    Setting settings[8] = {}; // of the error
+    Setting settings[8] = {}; // settings that the error names
     FrameResult result;
     // In replies to Open
     uint32_t tier_exact = 0, tier_fast = 0; // Renderer::tierOf()
@@ -62,7 +62,7 @@ constexpr int replyTag(uint32_t renderer)
     return 2 + int(renderer % 30000); // MPI has 32767 tags at least
 }
 
-// Where the columns that are drawn lie in an eye's image of `pixel` bytes a pixel.
+// Bytes of the drawn columns in an eye's image of `pixel` bytes a pixel.
 struct WirePart {
     size_t offset = 0, row = 0, rows = 0; // bytes from a row's begin; bytes of a row
     [[nodiscard]] size_t bytes() const { return row * rows; }

@@ -10,19 +10,19 @@
 
 namespace gsc {
 
-// Where an eye looks, around which everything is drawn.
+// Direction of an eye's gaze, around which everything is drawn.
 enum class FoveationMode { None, Fixed, Gaze };
 
 struct FrameChoice : TierChoice {
     double lod_bias = 0;                     // levels added
     double lod_fade = 0, lod_hysteresis = 0; // levels, as FrameOptions has them
     FoveationMode foveation = FoveationMode::None;
-    double fovea_pixels = 2; // of foveation: Foveation::smallest
+    double fovea_pixels = 2; // Foveation::smallest, pixels
     StereoMode stereo = StereoMode::Exact;
-    ReuseOptions reuse;                           // what is kept between frames
+    ReuseOptions reuse;                           // how decoded Gaussians are kept between frames
     std::optional<std::vector<float>> background; // 3 values; none = the model's
     double near_z = 0;                            // world units, 0 = the model's
-    double target_ms = 0;                         // of a frame, held by a FrameGuard; 0 = none
+    double target_ms = 0;                         // longest time of a frame, which a FrameGuard holds; 0 = none
     bool on_path = true; // frames follow each other; others have none before them whose coarse copies they may draw
 
     // A window switches to exact and back, and exact draws everything.

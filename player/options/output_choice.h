@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the pictures and the numbers of a run go.
+// Outputs of a run: pictures and numbers.
 #pragma once
 
 #include "player/output/picture_stream.h"
@@ -11,9 +11,9 @@ namespace gsc {
 struct OutputChoice {
     std::string out; // pattern, empty = write nothing, "-" = a stream on standard output
     PixelDepth depth = PixelDepth::Eight;
-    StreamFormat stream = StreamFormat::Y4m; // of --out -
+    StreamFormat stream = StreamFormat::Y4m; // format of --out -
     std::string video;                       // file, empty = none
-    double fps = 30;                         // of a Y4m and of a video
+    double fps = 30;                         // frames per second of a Y4M stream and of a video
     std::string stats;                       // file, empty = none
     bool overwrite = false;
 };

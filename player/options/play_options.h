@@ -17,7 +17,7 @@ struct PlayOptions {
     FrameChoice frame;
     DeviceChoice devices;
     OutputChoice output;
-    Shard shard; // of the tasks: frames, rows of a sweep or trajectories
+    Shard shard; // tasks that this process does: frames, rows of a sweep or trajectories
 };
 
 } // namespace gsc

@@ -46,10 +46,10 @@ std::optional<uint64_t> variable(const Environment& environment, const char* nam
     return value;
 }
 
-// One of the programs that start many processes: where it says which one this is.
+// A program that starts many processes: the variables in which it tells a process its number.
 struct Starter {
     const char* index;
-    uint64_t place; // from 0
+    uint64_t place; // number of the process, from 0
     std::optional<uint64_t> count;
 };
 

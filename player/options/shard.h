@@ -27,7 +27,8 @@ const char* processEnvironment(const char* name);
 Shard parseShard(const std::string& text, const std::string& option, const Environment& environment,
                  bool ranks_are_devices = false);
 
-// Is task `task`, from 0, done by the shard? Deals tasks to shards in turn: for tasks of equal cost that share nothing.
+// True if the shard does task `task`, counted from 0. Deals tasks to shards in turn: for tasks of equal cost that share
+// nothing.
 bool takesTask(const Shard& shard, uint64_t task);
 
 // Shard of each task, from 0, in blocks of about equal weight: for tasks that cost less side by side.

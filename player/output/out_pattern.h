@@ -9,7 +9,7 @@
 
 namespace gsc {
 
-enum class Eye { Mono, Left, Right }; // what {eye} becomes: mono, left, right
+enum class Eye { Mono, Left, Right }; // {eye} becomes "mono", "left" or "right"
 
 // Throws Error(Usage) for an unknown placeholder or an unpaired brace.
 std::string expandPattern(const std::string& pattern, std::string_view name, uint64_t frame, Eye eye);

@@ -18,7 +18,7 @@ enum class StreamFormat {
     Rgb48, // 16 bits per channel, little end first
 };
 
-// Where the bytes go. Throws Error(Io), also where the reader has gone.
+// Function that takes the stream's bytes. Throws Error(Io), also if the reader has gone.
 using ByteSink = std::function<void(std::span<const std::byte>)>;
 
 // Throws Error(Usage) where standard output is a terminal.

@@ -25,9 +25,9 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kVideoThreads = 32; // that ffmpeg may start
+constexpr size_t kVideoThreads = 32; // most threads of ffmpeg
 
-// Where ffmpeg lies; empty: nowhere in PATH.
+// Path of ffmpeg; empty: it is not in PATH.
 std::string videoProgram()
 {
     const char* const path = std::getenv("PATH");
@@ -158,7 +158,7 @@ struct VideoFile::Encoder {
         posix_spawnattr_t attributes; // a group of its own, so that Ctrl-C reaches it by way of this program alone
         ::posix_spawnattr_init(&attributes);
         ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
-        sigset_t ours; // that this program ignores
+        sigset_t ours; // signals that this program ignores
         sigemptyset(&ours);
         sigaddset(&ours, SIGPIPE);
         sigaddset(&ours, SIGXFSZ);
@@ -203,7 +203,7 @@ struct VideoFile::Encoder {
         const size_t length = std::fread(line, 1, sizeof(line) - 1, said);
         std::string text(line, length);
         text = text.substr(0, text.find('\n'));
-        // of threads that it did not get it tells only some
+        // ffmpeg reports only some of the threads that it could not start
         if (threadsAreShort(0) && text.find("No space left") == std::string::npos)
             throw tooFewThreads("ffmpeg, which writes the video" + (text.empty() ? "" : " and says \"" + text + "\""),
                                 kVideoThreads);
@@ -218,7 +218,7 @@ VideoFile::VideoFile(const std::string& path, uint32_t width, uint32_t height, u
                      bool overwrite)
 {
     checkVideoProgram();
-    // of two eyes side by side, the width is even as it is
+    // the width of two eyes side by side is even already
     m_width = width + (width * eye_count) % 2;
     m_height = height + height % 2;
     m_padded = m_width != width || m_height != height;

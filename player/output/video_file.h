@@ -20,18 +20,18 @@ public:
     VideoFile(const VideoFile&) = delete;
     VideoFile& operator=(const VideoFile&) = delete;
 
-    // Both throw Error(Io) with what ffmpeg says.
+    // Both throw Error(Io) with ffmpeg's message.
     void add(std::span<const Image> eyes);
     void commit(); // waits for ffmpeg, then the file appears
 
 private:
     struct Encoder;
     std::unique_ptr<Encoder> m_encoder;
-    uint32_t m_width = 0, m_height = 0; // of one eye, as written
+    uint32_t m_width = 0, m_height = 0; // size of one eye, as written
     bool m_padded = false;
 };
 
-// Throws Error(Unsupported) where there is no ffmpeg to run.
+// Throws Error(Unsupported) if there is no ffmpeg to run.
 void checkVideoProgram();
 
 } // namespace gsc

@@ -97,7 +97,8 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
         summary.frames.push_back(frame);
         log.progress("render", summary.frames.size(), frames.size());
     };
-    const size_t ahead = guard ? 1 : renderer->framesInFlight(); // a target is held by what the frame before took
+    // a frame target is controlled by the time of the frame before
+    const size_t ahead = guard ? 1 : renderer->framesInFlight();
     loop.run(
         frames.size(), ahead, [&](size_t n) { return frames[n]; }, prepare, done);
     summary.service = serviceStats(*renderer);

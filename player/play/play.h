@@ -16,15 +16,15 @@ namespace gsc {
 
 struct PlaySummary {
     std::string backend;
-    Tier tier = Tier::Exact; // that ran, not that was asked for
-    FrameChoice frame;       // as it was drawn: choiceOn()
+    Tier tier = Tier::Exact; // tier that ran; may differ from the tier asked for
+    FrameChoice frame;       // settings that it was drawn with: choiceOn()
     FileFacts file;
     double open_ms = 0, load_ms = 0;     // mapping and checking the file, preparing the backend
-    std::optional<ServiceStats> service; // of several devices
+    std::optional<ServiceStats> service; // numbers of the service, if several devices drew
     std::vector<TimedFrame> frames;      // in the order played
     std::vector<std::string> images;     // written files, frame-major, left eye first
 
-    // of a shard: all frames of the set, its own, and those that it had done before
+    // for a shard: all frames of the set, its own, and those that it had done before
     uint64_t set_frames = 0, shard_frames = 0, frames_before = 0;
 };
 

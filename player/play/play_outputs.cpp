@@ -133,7 +133,7 @@ std::vector<std::string> PlayOutputs::add(size_t shot, LoopFrame& drawn, const s
     if (m_video)
         m_video->add(eyes);
     for (size_t eye = 0; eye < m_eyes; ++eye)
-        drawn.images[eye] = std::move(images[eye].pixels); // the same memory for every frame
+        drawn.images[eye] = std::move(images[eye].pixels); // every frame uses this memory again
     if (m_stats)
         m_stats->write(stats + "\n");
     if (m_options.shard.isGiven())

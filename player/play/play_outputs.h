@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where pictures and numbers of the frames of gsc-play go: files, a stream, a video.
+// Outputs of gsc-play: files, a stream or a video of pictures, and numbers of the frames.
 #pragma once
 
 #include <gsc/file/output_file.h>
@@ -27,14 +27,14 @@ public:
     // Error(Io).
     void open(Reporter& log);
 
-    // Takes the pictures of shot `shot`, and `stats`, its line. Returns the image files written, left eye first.
-    // Throws Error(Io).
+    // Writes the pictures of shot `shot` and its line of statistics, `stats`. Returns the picture files written, left
+    // eye first. Throws Error(Io).
     std::vector<std::string> add(size_t shot, LoopFrame& drawn, const std::string& stats);
-    // Behind the last frame: the video and the statistics are there.
+    // Completes the video and the statistics, after the last frame.
     void commit();
 
 private:
-    [[nodiscard]] std::vector<NamedPath> checkPaths(Reporter& log) const; // all files that will be written
+    [[nodiscard]] std::vector<NamedPath> checkPaths(Reporter& log) const; // returns all files that will be written
     void checkOneSize() const;
 
     const PlayOptions& m_options;
@@ -42,8 +42,8 @@ private:
     FrameShard& m_shard;
     size_t m_eyes;
     bool m_streams;                   // --out -
-    std::vector<std::string> m_paths; // of the images of all shots, shot-major; empty if they are not written
-    std::vector<NamedPath> m_files;   // all that will be written
+    std::vector<std::string> m_paths; // paths of the pictures of all shots, shot by shot; empty if they are not written
+    std::vector<NamedPath> m_files;   // all files that will be written
     std::optional<PictureStream> m_stream;
     std::optional<VideoFile> m_video;
     std::optional<OutputFile> m_stats; // none of a shard, which keeps its own

@@ -122,10 +122,10 @@ void Placement::drag(const glm::dvec3 (&from)[2], const glm::dvec3 (&to)[2])
     if (!isFinite(before) || !isFinite(after) || length < 1e-3 || now < 1e-3)
         return;
     const glm::dvec3 held = toWorld((from[0] + from[1]) / 2.0);
-    // what they hold turns with them, so the space turns the other way about it
+    // the held world turns with the hands, so the space turns the other way about it
     const glm::dvec2 a(before.x, before.z), b(after.x, after.z);
     double angle = 0;
-    if (glm::length(a) > 0.01 && glm::length(b) > 0.01) // one above the other: no direction
+    if (glm::length(a) > 0.01 && glm::length(b) > 0.01) // else one lies above the other and gives no direction
         angle = std::atan2(b.x * a.y - b.y * a.x, glm::dot(a, b));
     m_axes = m_axes * aboutVertical(-angle);
     m_scale = std::clamp(m_scale * length / now, m_first_scale / kMostScale, m_first_scale * kMostScale);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a headset's space lies in the world of a model, and how hands move it. Knows no headset.
-// A space has OpenXR's axes (x right, y up, z backward) and metres; the world has the model's axes and units.
+// Placement of a headset's space in the world of a model, and how hands move it. Knows no headset. A space has OpenXR's
+// axes (x right, y up, z backward) and metres; the world has the model's axes and units.
 #pragma once
 
 #include <gsc/camera.h>
@@ -26,7 +26,7 @@ struct SpaceEye {
     double left = 0, right = 0, up = 0, down = 0; // XrFovf: radians, left and down below zero for most lenses
 };
 
-// Have both eyes the same angles? Poses are ignored.
+// True if both eyes have the same angles of view. Poses are ignored.
 inline bool sameLens(const SpaceEye& a, const SpaceEye& b)
 {
     return a.left == b.left && a.right == b.right && a.up == b.up && a.down == b.down;
@@ -40,7 +40,8 @@ public:
     // `metre`: world units. Where the camera looks straight up or down, its own up counts as forward. Values that
     // make no sense are mended: up becomes (0, -1, 0), the metre 1.
     Placement(const Camera& camera, const std::array<double, 3>& up, double metre, double eye_height);
-    // As it was stored: origin in the world, columns of axes and the scale as above. Precondition: isPlace(), scale > 0.
+    // Placement from stored values: origin in the world, columns of axes and the scale. Precondition: isPlace(), scale
+    // > 0.
     Placement(const glm::dvec3& origin, const glm::dmat3& axes, double scale);
     // Finite, and a rotation to within 1e-3.
     static bool isPlace(const glm::dvec3& origin, const glm::dmat3& axes);
@@ -54,13 +55,13 @@ public:
     // `lens` as the eye sees it: its place and angles are the eye's; name, size and appearance the lens's.
     [[nodiscard]] Camera eye(const SpaceEye& eye, const Camera& lens) const;
 
-    // All lengths are metres of the space and angles radians; what is not finite changes nothing.
+    // All lengths are metres of the space, angles radians; arguments that are not finite change nothing.
     void move(const glm::dvec3& by);                  // the viewer goes there
     void turn(double angle, const glm::dvec3& about); // the viewer turns to the left, about a vertical axis
-    // One hand went from `from` to `to` and holds the world.
+    // Moves by one hand that holds the world and went from `from` to `to`.
     void drag(const glm::dvec3& from, const glm::dvec3& to) { move(from - to); }
-    // Two hands do: the world follows their middle, their direction seen from above, and their distance. The scale stays
-    // within a thousandth and a thousand times what it was at first.
+    // Moves by two hands: the world follows their middle, their direction seen from above, and their distance. The
+    // scale stays between a thousandth and a thousand times the first one.
     void drag(const glm::dvec3 (&from)[2], const glm::dvec3 (&to)[2]);
 
 private:
@@ -69,12 +70,12 @@ private:
     double m_scale = 1, m_first_scale = 1;
 };
 
-// Where `gaze` points in an eye's view, right and down at depth 1: at what is far away, where eyes look about the same way. 0, 0
-// where that is more than 60 degrees off the axis.
+// Direction of `gaze` in an eye's view, right and down at depth 1, for far points, at which all eyes look about the
+// same way. 0, 0 if it is more than 60 degrees off the axis.
 std::array<float, 2> gazeOf(const SpaceEye& eye, const SpacePose& gaze);
 
-// Where a ray from `hand` along its forward axis meets the plane at that height; at most `most` metres away from the hand
-// seen from above. None where it does not point down.
+// Point where a ray from `hand` along its forward axis meets the plane at that height; at most `most` metres away from
+// the hand seen from above. None if it does not point down.
 std::optional<glm::dvec3> pointOnFloor(const SpacePose& hand, double height, double most);
 
 } // namespace gsc

@@ -15,7 +15,7 @@ namespace gsc {
 
 namespace {
 
-constexpr double kRoundedRotation = 1e-3; // what the reader of camera files lets pass
+constexpr double kRoundedRotation = 1e-3; // tolerance of the reader of camera files
 
 bool isFiniteVector(const glm::dvec3& v)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a camera stands and how it is turned, free of its lens.
+// Position and rotation of a camera, without its lens.
 #pragma once
 
 #include <gsc/camera.h>
@@ -22,7 +22,7 @@ glm::dmat3 orthonormal(const glm::dmat3& axes);
 
 bool isFinite(const CameraPose& pose);
 
-// Whether the rotation of `camera` is one to within what a camera file may round: 1e-3.
+// True if the rotation of `camera` is a rotation up to the rounding of a camera file, 1e-3.
 bool hasRotation(const Camera& camera);
 
 // None where a number is not finite or the axes span no volume. A scale, as a transforms file may have one, goes: the

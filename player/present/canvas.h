@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The image that the pictures of a frame are copied to, with what one frame in flight needs.
+// The image that the pictures of a frame are copied to, with the resources of one frame in flight.
 #pragma once
 
 #include "player/present/picture_copy.h"
@@ -18,7 +18,7 @@ public:
 
     VkSemaphore acquired = VK_NULL_HANDLE;
     VulkanImage image;
-    VulkanBuffer read; // what readBack() got
+    VulkanBuffer read; // pixels that readBack() copied
     uint32_t read_width = 0, read_height = 0;
 
 private:

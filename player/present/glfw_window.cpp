@@ -60,7 +60,7 @@ int requestFailed(Display*, XErrorEvent* event)
 // note: Xlib is GLFW's to load; where it is not in the process, the window is no X window
 void catchDisplayLoss(GLFWwindow* window)
 {
-    // as GLFW/glfw3native.h has it, which wants headers of extensions too
+    // the declaration of GLFW/glfw3native.h, which needs headers of extensions too
     const auto window_of = reinterpret_cast<Window (*)(GLFWwindow*)>(dlsym(RTLD_DEFAULT, "glfwGetX11Window"));
     void* const xlib = dlopen("libX11.so.6", RTLD_LAZY | RTLD_NOLOAD);
     if (xlib == nullptr || window_of == nullptr)
@@ -162,7 +162,7 @@ void GlfwWindow::unlessGone(const std::function<void()>& end)
     try {
         if (!g_server_gone)
             end();
-    } catch (const Error&) { // it goes right now
+    } catch (const Error&) { // the display is going right now
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A window of GLFW's, and what the person does in it.
+// A window of GLFW, and its input.
 #pragma once
 
 #include "player/present/presenter.h"
@@ -25,7 +25,7 @@ public:
     VkSurfaceKHR makeSurface(VkInstance instance); // throws Error(Device)
     [[nodiscard]] GLFWwindow* handle() const { return m_window; }
     [[nodiscard]] float scale() const;
-    // For destructors: does what asks the display for something, unless that has gone.
+    // For destructors: calls a function that needs the display, unless the display has gone.
     static void unlessGone(const std::function<void()>& end);
 
 private:

@@ -7,7 +7,7 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kAlign = 256; // of a picture in its block: what copies to images want, and more
+constexpr size_t kAlign = 256; // alignment of a picture in its block: enough for copies to images
 
 size_t bytesOf(const ShownPicture& picture)
 {

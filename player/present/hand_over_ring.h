@@ -27,7 +27,7 @@ private:
     std::unique_ptr<HandOver> m_device;
     std::array<SharedBlock, 3> m_blocks;
     size_t m_next = 0;
-    uint64_t m_value = 0; // of the semaphore
+    uint64_t m_value = 0; // value of the semaphore
 };
 
 } // namespace gsc

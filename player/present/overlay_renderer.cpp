@@ -16,7 +16,7 @@ namespace gsc {
 namespace {
 
 constexpr float kFontPixels = 14;                                                      // at 96 dots per inch
-constexpr ImU32 kGround = IM_COL32(0, 0, 0, 160), kInk = IM_COL32(255, 255, 255, 255); // of notes
+constexpr ImU32 kGround = IM_COL32(0, 0, 0, 160), kInk = IM_COL32(255, 255, 255, 255); // colours of notes
 
 void drawHint(const OverlayItem& item)
 {
@@ -151,7 +151,7 @@ void drawNote(const OverlayNote& note)
     list->AddText(nullptr, 0, at, kInk, note.text.c_str(), nullptr, wrap);
 }
 
-// In one row at the right, or from the left where the window is narrow, and then broken where it ends.
+// Draws one row at the right; in a narrow window it starts at the left and continues in further rows.
 void drawLegend(const OverlayLegend& legend)
 {
     if (legend.colours.empty())
@@ -197,7 +197,7 @@ OverlayRenderer::OverlayRenderer(const VulkanDevice& device, GlfwWindow& window,
 
     IMGUI_CHECKVERSION();
     ImGui::CreateContext();
-    ImGui::GetIO().IniFilename = nullptr; // nothing is left in the folder
+    ImGui::GetIO().IniFilename = nullptr; // writes no imgui.ini
     ImGui::GetIO().ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
     ImGui::StyleColorsDark();
     ImGui_ImplGlfw_InitForVulkan(window.handle(), true);
@@ -218,7 +218,7 @@ OverlayRenderer::OverlayRenderer(const VulkanDevice& device, GlfwWindow& window,
 OverlayRenderer::~OverlayRenderer()
 {
     ImGui_ImplVulkan_Shutdown();
-    GlfwWindow::unlessGone([] { // its cursors are the display's
+    GlfwWindow::unlessGone([] { // its cursors belong to the display
         ImGui_ImplGlfw_Shutdown();
         ImGui::DestroyContext();
     });

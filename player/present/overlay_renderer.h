@@ -16,9 +16,9 @@ public:
     OverlayRenderer(const OverlayRenderer&) = delete;
     OverlayRenderer& operator=(const OverlayRenderer&) = delete;
 
-    // Lays the overlay out and takes what the person changed in it.
+    // Lays the overlay out and takes the person's changes.
     void layOut(Overlay& overlay);
-    // Records what was laid out, inside of the pass.
+    // Records the laid out overlay, inside a render pass.
     void record(VkCommandBuffer commands);
 
 private:

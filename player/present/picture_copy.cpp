@@ -110,7 +110,7 @@ void PictureCopy::begin(std::span<const ShownPicture> pictures)
     info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
     checkVulkan(vkBeginCommandBuffer(commands, &info), "vkBeginCommandBuffer");
     if (m_clock != VK_NULL_HANDLE) {
-        vkResetQueryPool(m_device.handle, m_clock, 0, 2); // by the host: a queue that only copies cannot
+        vkResetQueryPool(m_device.handle, m_clock, 0, 2); // on the host: a queue that only copies cannot
         vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, m_clock, 0);
     }
 }

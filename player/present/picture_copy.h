@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies pictures from where they lie to images of Vulkan, with what one frame in flight needs.
+// Copies pictures to images of Vulkan, with the resources of one frame in flight.
 #pragma once
 
 #include "player/present/vulkan_device.h"
@@ -25,13 +25,13 @@ public:
     // a shared one.
     void copy(const ShownPicture& picture, VkImage image, uint32_t x, uint32_t y,
               const std::function<VkBuffer(uint32_t id)>& block);
-    void endCopies(); // what is timed ends here
+    void endCopies(); // ends the time that is measured
     void end();
-    void submit(const VkSubmitInfo& info); // what was recorded, in `info`
+    void submit(const VkSubmitInfo& info); // submits the recorded commands with `info`
 
     VkCommandBuffer commands = VK_NULL_HANDLE;
     VkFence done = VK_NULL_HANDLE;
-    uint64_t shared_value = 0; // of the semaphore that pictures wait for, 0 = none
+    uint64_t shared_value = 0; // value of the semaphore that pictures wait for, 0 = none
 
     // Milliseconds from begin() to endCopies() in the last frame that is done, 0 = unknown.
     [[nodiscard]] double copyMs() const { return m_copy_ms; }
@@ -42,8 +42,8 @@ private:
 
     const VulkanDevice& m_device;
     VkCommandPool m_pool;
-    VulkanBuffer m_staging; // of pictures in memory of this process
-    size_t m_staged = 0;    // bytes of it that were copied on
+    VulkanBuffer m_staging; // buffer for pictures in memory of this process
+    size_t m_staged = 0;    // bytes of the buffer that are copied to images so far
     VkQueryPool m_clock = VK_NULL_HANDLE;
     bool m_timed = false;
     double m_copy_ms = 0;

@@ -20,11 +20,11 @@ namespace gsc {
 
 using DeviceUuid = std::array<unsigned char, 16>;
 
-constexpr uint32_t kWindowWidth = 1280, kWindowHeight = 720; // where nobody says
+constexpr uint32_t kWindowWidth = 1280, kWindowHeight = 720; // default size of the window
 
 struct PresenterOptions {
     std::string title;
-    uint32_t width = kWindowWidth, height = kWindowHeight; // of the window, pixels
+    uint32_t width = kWindowWidth, height = kWindowHeight; // size of the window, pixels
     bool windowed = true;                                  // false: images without a window, to be read back
     bool waits_for_display = true;                         // pictures change between two refreshes only
     std::optional<DeviceUuid> device; // the GPU that draws: the display's is the same, if it may be
@@ -34,11 +34,11 @@ struct PresenterOptions {
 struct InputEvent {
     enum class Kind : uint32_t { Key, Button, Move, Scroll };
     Kind kind = Kind::Key;
-    int code = 0;         // of Key and Button
-    bool down = false;    // of Key and Button; a key that repeats itself is told once
-    int modifiers = 0;    // of Key and Button
+    int code = 0;         // code of a Key or Button
+    bool down = false;    // for Key and Button; a repeated press of a held key is not an event
+    int modifiers = 0;    // for Key and Button
     double x = 0, y = 0;  // Move: pixels of the picture, right and down; Scroll: notches
-    bool overlay = false; // the overlay has it, too: it is meant for that
+    bool overlay = false; // the overlay uses it, too, such as a click on the panel
 };
 
 // GLFW's layout of a gamepad: axes left x, left y, right x, right y, triggers (-1 to 1); bit b of buttons: button b.
@@ -51,16 +51,16 @@ struct GamepadState {
 struct WindowInput {
     std::vector<InputEvent> events; // since the call before
     GamepadState gamepad;
-    uint32_t width = 0, height = 0; // of the picture, pixels; 0 while the window is minimised
-    float scale = 1;                // of text: 1 = 96 dots per inch
-    bool exposed = false;           // what the window shows is gone: to be shown again
+    uint32_t width = 0, height = 0; // size of the picture, pixels; 0 while the window is minimised
+    float scale = 1;                // scale of text: 1 = 96 dots per inch
+    bool exposed = false;           // the window's content is lost and must be shown again
     bool closed = false;            // the person wants it to
 };
 
 // A part of the GPU's memory that another program interface may open.
 struct SharedBlock {
     uint32_t id = 0;
-    size_t bytes = 0; // of the allocation, at least those asked for
+    size_t bytes = 0; // bytes of the allocation, at least those asked for
     int file = -1;    // opaque file descriptor, whose importer owns it
 };
 
@@ -71,7 +71,7 @@ struct ShownPicture {
     size_t offset = 0;  // in the block, bytes
     uint64_t ready = 0; // the display waits for this value of the shared semaphore before it reads; 0 = at once
     uint32_t width = 0, height = 0;
-    uint32_t x = 0, y = 0; // where in the window, if its size is that of the canvas
+    uint32_t x = 0, y = 0; // place in the window, if its size is that of the canvas
     // FrameTarget's depths in memory of this process, rows without a gap, for a display that wants them; null: there are none
     const float* depth = nullptr;
 };
@@ -81,11 +81,11 @@ struct FrameToShow {
     // Size of the canvas that pictures lie on, pixels; it is scaled to a window of another size. Parts without a
     // picture are black; without a window pictures cover all of it.
     uint32_t width = 0, height = 0;
-    bool reads_back = false; // the canvas as it is shown, without the overlay
+    bool reads_back = false; // the displayed canvas, without the overlay
 };
 
 struct PresentTimes {
-    double copy_ms = 0; // of the GPU, of the copies alone, of the last frame that is done
+    double copy_ms = 0; // GPU time of the copies alone, of the last frame that is done
 };
 
 // Memory of the display's GPU that another program interface writes pictures to.
@@ -93,13 +93,13 @@ class SharedMemory {
 public:
     virtual ~SharedMemory() = default;
 
-    [[nodiscard]] virtual bool sharesMemory() const = 0; // with the GPU that was asked for
+    [[nodiscard]] virtual bool sharesMemory() const = 0; // true if it shares memory with the GPU that was asked for
 
     // Throws Error: OutOfMemory, Unsupported without sharesMemory().
     virtual SharedBlock makeShared(size_t bytes) = 0;
     virtual void freeShared(uint32_t id) = 0; // after the display has read it
-    virtual int semaphoreFile() = 0;          // of a timeline that starts at 0; the importer owns it
-    // The importer has gone, and what the display waits for comes from nobody else.
+    virtual int semaphoreFile() = 0; // file descriptor of a timeline semaphore that starts at 0; the importer owns it
+    // Called when the importer has gone: nobody else signals the semaphore that the display waits for.
     virtual void importerGone() = 0;
 };
 
@@ -124,7 +124,7 @@ public:
 };
 
 struct PresentFunctions {
-    // Throws Error: Unsupported without Vulkan 1.2 or a display, naming what is missing; Device.
+    // Throws Error: Unsupported without Vulkan 1.2 or a display, naming the missing part; Device.
     std::unique_ptr<Presenter> (*open)(const PresenterOptions& options);
 };
 

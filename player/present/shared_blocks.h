@@ -28,7 +28,8 @@ public:
         m_waited = std::max(m_waited, value);
         return m_semaphore;
     }
-    // Sets the semaphore to what was waited for, in case whoever should cannot any more: before the device is waited for.
+    // Signals the semaphore with the value waited for, in case its owner can no longer: call before waiting for the
+    // device.
     void unblock();
 
 private:

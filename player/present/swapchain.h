@@ -14,7 +14,8 @@ public:
     Swapchain(const Swapchain&) = delete;
     Swapchain& operator=(const Swapchain&) = delete;
 
-    // For a window of so many pixels; nothing is in use. False where it has none now. Throws Error.
+    // Makes the chain for a window of so many pixels, while nothing is in use. Returns false if there is none now.
+    // Throws Error.
     bool resize(uint32_t width, uint32_t height);
 
     // The next image's index; none where the swapchain is out of date. Throws Error(Device).
@@ -30,7 +31,7 @@ public:
     std::vector<Image> images;
     VkExtent2D extent{};
     VkFormat format = VK_FORMAT_UNDEFINED;
-    VkRenderPass overlay = VK_NULL_HANDLE; // from what was copied to what is presented
+    VkRenderPass overlay = VK_NULL_HANDLE; // from the copied image to the presented one
     bool red_first = false;                // bytes of a pixel
     bool reads_back = false;               // images can be copied from
 

@@ -54,7 +54,7 @@ std::optional<uint32_t> familyOf(VkPhysicalDevice physical, VkSurfaceKHR surface
     return std::nullopt;
 }
 
-// Those that copy to any place of an image, and can tell how long it took.
+// Queue families that copy to any place of an image, and can measure the time of it.
 std::vector<uint32_t> copyFamilies(VkPhysicalDevice physical)
 {
     constexpr VkQueueFlags kCopies = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT | VK_QUEUE_TRANSFER_BIT;

@@ -10,10 +10,10 @@
 
 namespace gsc {
 
-// Throws Error: OutOfMemory, or Device with `what` failed, for what is no success.
+// Throws Error for a result that is no success: OutOfMemory, or Device with `what` failed.
 void checkVulkan(VkResult result, const char* what);
 
-// A structure of Vulkan's that says what it is.
+// A structure of Vulkan with its type field set.
 template <typename Info>
 Info vulkanInfo(VkStructureType type, const void* next = nullptr)
 {
@@ -31,10 +31,10 @@ struct VulkanMaker {
 };
 
 struct VulkanDeviceOptions {
-    std::vector<const char*> instance_extensions; // that a surface needs
-    std::optional<DeviceUuid> uuid;               // of the device that is best
-    bool presents = false;                        // to a surface
-    uint32_t version = VK_API_VERSION_1_2;        // at least
+    std::vector<const char*> instance_extensions; // extensions that a surface needs
+    std::optional<DeviceUuid> uuid;               // only this device will do; none = the best device
+    bool presents = false;                        // must be able to present to a surface
+    uint32_t version = VK_API_VERSION_1_2;        // least version
     std::optional<VulkanMaker> maker;             // none = the program; one has a single queue, which draws
 };
 
@@ -59,10 +59,10 @@ public:
     VkQueue queue = VK_NULL_HANDLE;
     uint32_t family = 0;
     std::vector<uint32_t> families;
-    VkPipelineStageFlags stages = 0; // at which its queue writes images
+    VkPipelineStageFlags stages = 0; // stages at which its queue writes images
     std::string name;
-    bool shares = false; // it is the device of that UUID and exports memory and semaphores
-    double tick_ns = 0;  // of timestamps; 0 = it has none
+    bool shares = false; // has the UUID asked for, and exports memory and semaphores
+    double tick_ns = 0;  // nanoseconds of a tick of timestamps; 0 = it has none
     VkPhysicalDeviceMemoryProperties memory{};
 
 private:
@@ -85,7 +85,7 @@ struct VulkanBuffer {
     VkBuffer handle = VK_NULL_HANDLE;
     VkDeviceMemory memory = VK_NULL_HANDLE;
     size_t bytes = 0, allocated = 0;
-    std::byte* mapped = nullptr; // where the host sees it
+    std::byte* mapped = nullptr; // address for the host
 };
 
 struct VulkanImage {

@@ -232,7 +232,7 @@ private:
     std::unique_ptr<Swapchain> m_chain;
     std::unique_ptr<OverlayRenderer> m_overlay;
     std::unique_ptr<SharedBlocks> m_blocks;
-    WindowInput m_input; // of the last poll()
+    WindowInput m_input; // result of the last poll()
     uint32_t m_next = 0, m_read = 0;
     bool m_stale = false;
 };

@@ -21,7 +21,7 @@ struct Picture8 {
 };
 
 struct ComparedNumbers {
-    double psnr = 0;            // of all eyes together, +inf if equal
+    double psnr = 0;            // PSNR of all eyes together, dB, +inf if equal
     double worst_255 = 0;       // largest difference of a channel, 1/255
     std::optional<double> flip; // mean over pixels and eyes; none while it is worked out
 };
@@ -43,7 +43,7 @@ public:
 private:
     std::vector<Image> m_pictures, m_exact;
     ComparedNumbers m_numbers;
-    std::future<double> m_flip; // last: its thread reads the images
+    std::future<double> m_flip; // declared last: its thread reads the images
 };
 
 // Picture of bytes (red, green, blue, 255) from one of floats.

@@ -12,7 +12,7 @@ namespace gsc {
 
 namespace {
 
-constexpr double kDeadZone = 0.15; // of a stick that is at rest
+constexpr double kDeadZone = 0.15; // deflection that counts as a stick at rest
 
 struct KeyRow {
     int key;
@@ -115,7 +115,7 @@ std::vector<Action> Controls::take(const WindowInput& input)
     for (const InputEvent& event : input.events) {
         switch (event.kind) {
         case InputEvent::Kind::Key: {
-            if (!event.down) { // also of a key that the panel had first
+            if (!event.down) { // releases count even if the panel took the press
                 m_keys.erase(event.code);
                 break;
             }

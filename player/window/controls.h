@@ -40,18 +40,18 @@ enum class Action {
     SplitRight,
 };
 
-// Lines of the help: keys, and what each does.
+// Lines of the help: keys and their effects.
 std::vector<std::pair<std::string, std::string>> helpLines();
 
 class Controls {
 public:
-    // Takes what has come since the call before; the actions in it, in order.
+    // Takes the input since the last call; returns its actions in order.
     std::vector<Action> take(const WindowInput& input);
 
-    // How the viewer moves in the `seconds` that have passed; what the mouse did counts once.
+    // Movement of the viewer in the last `seconds`; the mouse's movement counts once.
     NavigationInput motion(double seconds, uint32_t height, double fov_y);
 
-    [[nodiscard]] bool moving() const; // a key or a stick is held: motion() goes on without events
+    [[nodiscard]] bool moving() const; // true while a key or a stick is held: motion() then moves without events
 
     // Keys that went down in the last take(), as the log has them: "W", "F12".
     [[nodiscard]] const std::vector<std::string>& pressed() const { return m_pressed; }
@@ -62,8 +62,8 @@ private:
     [[nodiscard]] double stick(int axis) const;
     [[nodiscard]] double trigger(int axis) const;
 
-    std::set<int> m_keys, m_buttons; // that are down
-    double m_x = 0, m_y = 0;         // of the cursor
+    std::set<int> m_keys, m_buttons; // keys and buttons that are down
+    double m_x = 0, m_y = 0;         // place of the cursor
     bool m_knows_cursor = false;
     double m_look[2] = {}, m_pan[2] = {}, m_scroll = 0;
     GamepadState m_gamepad;

@@ -21,8 +21,8 @@ using Complex = std::complex<double>;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kSteepest = 89 * kDegree;
 constexpr double kFlyMetres = 5, kWalkMetres = 1.4; // a second
-constexpr double kSceneShare = 1.0 / 20;            // of the diagonal a second, where there is no metre
-constexpr double kOrbitPace = 0.5;                  // of the distance a second
+constexpr double kSceneShare = 1.0 / 20;            // share of the scene's diagonal per second, if the metre is unknown
+constexpr double kOrbitPace = 0.5;                  // share of the distance per second
 constexpr double kNotch = 1.25, kFast = 4, kSlow = 0.25;
 constexpr double kStickRate = 90 * kDegree;                      // a second
 constexpr double kSpeedRange = 1e3;                              // times slower or faster than at first
@@ -52,7 +52,7 @@ Complex meanExponential(Complex z)
 {
     if (std::abs(z) > 1)
         return (std::exp(z) - 1.0) / z;
-    // what that loses by the difference, a series does not: the 18th term is below 1e-16
+    // the difference cancels here, the series does not: its 18th term is below 1e-16
     Complex sum = 1, term = 1;
     for (int n = 2; n <= 18; ++n)
         sum += term *= z / double(n);
@@ -85,7 +85,7 @@ struct Navigator::Wish {
     glm::dvec3 move{};         // right, up, forward: times the speed, over the step
     double pan[2] = {};        // right and down: times the distance, over the step
     double yaw = 0, pitch = 0; // radians to the left and up, over the step
-    double growth = 0;         // of the speed or the distance: the logarithm, over the step
+    double growth = 0;         // logarithm of the factor of speed or distance, over the step
 
     [[nodiscard]] bool isNone() const
     {
@@ -194,7 +194,7 @@ void Navigator::follow(const Wish& wish)
 {
     const bool orbits = m_mode == NavigationMode::Orbit;
     const CameraPose before = m_pose;
-    // what the scale is of: the way of a step grows with it
+    // scale of the movement: the way of a step grows with it
     double& scale = orbits ? m_distance : m_speed[gait()];
     const double usual = orbits ? m_diagonal : m_default_speed[gait()];
     const double low = orbits ? kNearest * usual : usual / kSpeedRange;
@@ -205,7 +205,7 @@ void Navigator::follow(const Wish& wish)
     const double pitching = shareUntil(pitch, wish.pitch, std::min(pitch, -kSteepest), std::max(pitch, kSteepest));
     const double scaling = shareUntil(std::log(scale), wish.growth, std::log(low), std::log(high));
     const double scale_before = scale;
-    glm::dvec3 way_of_step(0.0); // of the camera, or of the target it turns about
+    glm::dvec3 way_of_step(0.0); // movement of the camera, or of the target it turns about
     double from = 0;
     for (const double to : {std::min(pitching, scaling), std::max(pitching, scaling), 1.0}) {
         const double part = to - from;

@@ -16,15 +16,15 @@ namespace gsc {
 enum class NavigationMode {
     Fly,   // moves along right and forward of the view and along the world's up
     Orbit, // turns about a point ahead
-    Walk,  // as Fly, but the height stays
+    Walk,  // Fly at constant height
 };
 
 // Input of a person during one step. A value that is not finite counts as 0, one that is too large as the limit.
 struct NavigationInput {
-    double seconds = 0;         // that the step takes
+    double seconds = 0;         // length of the step
     double move[3] = {};        // right, up, forward, each -1..1; together no faster than one alone
-    double look_pixels[2] = {}; // drag of the picture, right and down: what is under the cursor follows it
-    double look_rate[2] = {};   // of a stick, -1..1: the view turns right and down, by 90 degrees a second at most
+    double look_pixels[2] = {}; // drag of the picture, right and down: the point under the cursor follows it
+    double look_rate[2] = {};   // stick, -1..1: the view turns right and down, by 90 degrees a second at most
     double pan_pixels[2] = {};  // drag of the picture, right and down; Orbit only
     double scroll = 0;          // notches: faster in Fly and Walk, nearer in Orbit
     bool fast = false;          // 4 times the speed
@@ -61,7 +61,7 @@ public:
 
     // World units to the point that Orbit turns about, straight ahead.
     [[nodiscard]] double distance() const { return m_distance; }
-    // Say the depth of what a person points at. From 1e-6 to 1000 diagonals of the scene.
+    // Tells the depth of a point that a person points at, 1e-6 to 1000 diagonals of the scene.
     void setDistance(double distance);
     [[nodiscard]] std::array<double, 3> target() const;
     [[nodiscard]] std::array<double, 3> position() const;
@@ -85,7 +85,7 @@ public:
 
 private:
     struct Wish;     // a checked input
-    struct Velocity; // and what turns it takes
+    struct Velocity; // speed, and the turns that change it
 
     struct Flight {
         CameraPose from, to;
@@ -113,7 +113,7 @@ private:
     NavigationMode m_mode = NavigationMode::Fly;
     CameraPose m_pose;
     double m_distance = 1;
-    std::optional<GivenPose> m_given; // the same as m_pose, in the bits of the camera jumped to
+    std::optional<GivenPose> m_given; // m_pose in the exact bits of the camera jumped to
     std::optional<Flight> m_flight;
 };
 

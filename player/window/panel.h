@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The panel over the picture: what it shows of frames, and what it switches.
+// The panel over the picture: facts of frames, and controls.
 #pragma once
 
 #include "player/options/frame_choice.h"
@@ -45,7 +45,7 @@ public:
     Panel(const ViewLimits& limits, std::vector<std::string> cameras, Overlay& overlay);
 
     void setSettings(const ViewSettings& settings, int camera, int mode, double speed);
-    // Writes what was changed into the settings, and the chosen camera (-1 = none) and mode. False: nothing was.
+    // Writes changes into the settings, the chosen camera (-1 = none) and the mode. Returns false if nothing changed.
     bool take(ViewSettings& settings, int& camera, int& mode, bool& screenshot, bool& record);
 
     void addFrame(const PanelFrame& frame);

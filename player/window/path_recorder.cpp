@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames state "translation", which is what the reader hands on as it is: "position" would cost a rounding for cameras
-// that have no position of their own, such as those of another file.
+// Frames state "translation", which the camera reader passes on unchanged: "position" would be rounded for cameras that
+// have no position of their own, such as those of another file.
 #include "player/window/path_recorder.h"
 
 #include <gsc/error.h>
@@ -21,8 +21,8 @@ namespace gsc {
 namespace {
 
 constexpr double kMostRate = 1000;
-constexpr double kSameTime = 1e-6;   // of a frame
-constexpr double kMostLength = 1e15; // that a camera file may state
+constexpr double kSameTime = 1e-6;   // times closer than this share of a frame are the same
+constexpr double kMostLength = 1e15; // largest coordinate that a camera file may state
 constexpr size_t kPieceBytes = size_t(1) << 20;
 
 bool isAngleOfFile(double angle)
@@ -39,7 +39,7 @@ bool isSideOfFile(uint32_t side)
 std::optional<Camera> frameOf(const Camera& camera)
 {
     Camera frame = camera;
-    if (!hasRotation(camera)) { // a scale, or nothing that makes a pose
+    if (!hasRotation(camera)) { // a scaled rotation, or none at all
         const std::optional<CameraPose> pose = poseOf(camera);
         if (!pose)
             return std::nullopt;
@@ -59,7 +59,7 @@ Camera frameBetween(const Camera& from, const Camera& to, double share)
     const std::optional<CameraPose> first = poseOf(from), second = poseOf(to);
     if (first && second)
         setPose(between(*first, *second, share), frame);
-    if (from.width == to.width && from.height == to.height) { // or the pixels would change their shape
+    if (from.width == to.width && from.height == to.height) { // else pixels would change their shape
         frame.fov_x += (to.fov_x - from.fov_x) * share;
         frame.fov_y += (to.fov_y - from.fov_y) * share;
     }
@@ -112,7 +112,7 @@ bool PathRecorder::add(double seconds, const Camera& camera, double ipd)
         m_begin = seconds;
     while (m_frames.size() < kMostFrames) {
         const double wanted = m_begin + double(m_frames.size()) / m_fps;
-        const double ahead = (wanted - seconds) * m_fps; // of the sample, in frames
+        const double ahead = (wanted - seconds) * m_fps; // distance to the sample, in frames
         if (ahead > kSameTime)
             break;
         if (ahead >= -kSameTime)

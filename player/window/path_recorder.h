@@ -16,13 +16,13 @@ namespace gsc {
 // position on the straight line, axes and angles at an even rate, size and appearance the earlier one's.
 class PathRecorder {
 public:
-    static constexpr size_t kMostFrames = 500'000; // 2.3 hours at 60 a second; what is behind them is left out
+    static constexpr size_t kMostFrames = 500'000; // 2.3 hours at 60 a second; later frames are left out
 
-    // Begins anew and forgets what was recorded. `name` is the trajectory's, `fps` its frames per second, `metre` world
-    // units, 0 = unknown. Throws Error(Usage) where `fps` is not above 0 and at most 1000.
+    // Begins a new recording. `name` is the trajectory's, `fps` its frames per second, `metre` world units, 0 =
+    // unknown. Throws Error(Usage) where `fps` is not above 0 and at most 1000.
     void start(const std::string& name, double fps, double metre = 0);
     [[nodiscard]] bool records() const { return m_fps > 0; }
-    [[nodiscard]] size_t frames() const { return m_frames.size(); } // so far
+    [[nodiscard]] size_t frames() const { return m_frames.size(); } // frames so far
 
     // `seconds` of any clock; `ipd` is the distance of the eyes in world units, 0 = one eye, and the first above 0 is the
     // file's. Returns false where the sample is left out: its time is not after the last one's, it is not finite, or no
@@ -43,7 +43,7 @@ private:
 
     std::string m_name;
     double m_fps = 0, m_metre = 0, m_ipd = 0; // m_fps 0: no recording
-    double m_begin = 0;                       // of frame 0, seconds
+    double m_begin = 0;                       // time of frame 0, seconds
     Sample m_last;
     bool m_has_last = false;
     std::vector<Camera> m_frames;

@@ -47,7 +47,7 @@ void RestComparison::advance(double seconds, AskedPose pose, const FrameOptions&
 bool RestComparison::take(DrawnPose& drawn)
 {
     if (drawn.delivery.pose != m_pose || !underWay())
-        return false; // of a pose that was left
+        return false; // picture of a pose that was left
     if (m_state == State::Picture) {
         m_picture = imagesOf(drawn);
         m_state = State::Exact;

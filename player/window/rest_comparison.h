@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pose at rest beside the exact picture of it: drawn twice more with all digits, as it is shown and exactly.
+// Compares a pose at rest with the exact picture of it: draws it twice more with all digits, with the window's settings
+// and exactly.
 #pragma once
 
 #include "player/window/comparison.h"
@@ -14,7 +15,7 @@ public:
     void moved(double seconds); // the pose or its settings changed at that time
     void showOtherwise() { m_composed.clear(); }
 
-    // Submits what is still missing, once the pose has rested and nothing else is under way. Throws Error.
+    // Submits the missing pictures, once the pose has rested and nothing else is under way. Throws Error.
     void advance(double seconds, AskedPose pose, const FrameOptions& options);
     // A picture that advance() asked for; others are ignored. True: the comparison is ready.
     bool take(DrawnPose& drawn);
@@ -34,10 +35,10 @@ private:
     FrameSource& m_source;
     State m_state = State::Moving;
     double m_rests_since = 0;
-    uint64_t m_pose = 0; // that was submitted last
+    uint64_t m_pose = 0; // pose submitted last
     std::vector<Image> m_picture;
     std::unique_ptr<Comparison> m_comparison;
-    std::vector<std::unique_ptr<Comparison>> m_retired; // nobody waits for their FLIP
+    std::vector<std::unique_ptr<Comparison>> m_retired; // comparisons whose FLIP is no longer wanted
     std::vector<Picture8> m_composed;
 };
 

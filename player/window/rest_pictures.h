@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a view at rest is drawn again because that shows more: frames with detail make some of their coarse copies each,
-// and a FrameGuard gives back frame by frame. Pure.
+// Decides whether a view at rest is drawn again because that shows more: frames with detail make some of their coarse
+// copies each, and a FrameGuard takes reductions back frame by frame. Pure.
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -11,23 +11,24 @@ namespace gsc {
 
 class RestPictures {
 public:
-    // A frame that forgets all copies makes none; one behind it does. So it takes two to tell that none is to be made.
+    // A frame that forgets all copies makes none; the next one does. So two frames are needed to tell that none is to
+    // be made.
     static constexpr uint32_t kUnmade = 2;
     // Copies are all made anew in eight frames; some are for good, such as those too near for two eyes, or where memory is
     // short: pictures that follow for them.
     static constexpr uint32_t kMost = 60;
-    // Pictures with something given up that follow what the guard changed: it knows then whether there is time to give it
-    // back (FrameGuard::kRemade).
+    // Pictures drawn with reductions after a change of the guard: then it knows whether there is time to take some back
+    // (FrameGuard::kRemade).
     static constexpr uint32_t kGiveBack = 8;
 
     void changed() { *this = {}; } // view or settings, also by the guard
 
-    // The newest picture's counts and FrameGuard::gaveUp(). True: it is to be drawn again.
+    // Takes the newest picture's counts and FrameGuard::gaveUp(). Returns true if the view is to be drawn again.
     [[nodiscard]] bool goOn(const CoarseCounts& drawn, bool gave_up);
 
 private:
     uint32_t m_pictures = 0; // since changed()
-    uint32_t m_unmade = 0;   // the last so many had no copy that is stale, and made none
+    uint32_t m_unmade = 0;   // pictures in a row that had no stale copy and made none
 };
 
 } // namespace gsc

@@ -15,16 +15,16 @@ namespace gsc {
 struct WindowOptions {
     PlayOptions play;         // width, height: of the window, 0 = 1280 x 720; its outputs are not used
     std::string folder = "."; // takes screenshots and recorded paths
-    std::string log;          // file of JSON lines, empty = none; OutputChoice::overwrite is its
-    bool tears = false;       // pictures change while the display refreshes: sooner, and with a seam
+    std::string log;          // file of JSON lines, empty = none; OutputChoice::overwrite applies to it
+    bool tears = false;       // does not wait for the display's refresh: pictures come sooner, but may tear
 };
 
 struct WindowSummary {
     std::string file;
-    double seconds = 0;                // that the window was open
-    uint64_t frames = 0, pictures = 0; // that the window showed; that were drawn for it
+    double seconds = 0;                // time that the window was open
+    uint64_t frames = 0, pictures = 0; // frames that the window showed; pictures drawn for it
     ServiceStats service;
-    std::vector<std::string> files; // that were written
+    std::vector<std::string> files; // files that were written
 };
 
 // Returns when the window is closed. Throws Error: Unsupported without a display, Vulkan 1.2 or a build that has windows;

@@ -15,7 +15,7 @@ namespace gsc {
 
 namespace {
 
-constexpr double kRecordFps = 72; // as the paths that `gsc sample paths` makes for headsets
+constexpr double kRecordFps = 72; // rate of the headset paths of `gsc sample paths`
 
 } // namespace
 
@@ -49,7 +49,7 @@ std::vector<ShownPicture> WindowSession::pictures(FrameToShow& frame)
         shown[e].height = picture.height;
         shown[e].x = x;
     }
-    // of the window as it was when the pose was asked for: a picture of another size is scaled
+    // size of the window when the pose was asked for: a picture of another size is scaled
     const uint32_t x = shown.back().x + shown.back().width;
     frame.width = x;
     frame.height = shown.front().height;

@@ -15,15 +15,16 @@ namespace gsc {
 
 namespace {
 
-constexpr double kIdleSeconds = 0.1;   // between two looks at a window in which nothing happens
-constexpr double kPadSeconds = 0.01;   // the same with a gamepad, which wakes nobody
-constexpr double kTurnSeconds = 0.004; // of a turn that finds nothing to do, though something is held or under way
-constexpr int kAttempts = 3;           // of a picture that cannot be drawn, before the next pose is waited for
+constexpr double kIdleSeconds = 0.1; // between two looks at a window in which nothing happens
+constexpr double kPadSeconds = 0.01; // shortest wait with a gamepad at rest: it wakes no thread
+// shortest turn that finds nothing to do, though a key is held or a frame under way
+constexpr double kTurnSeconds = 0.004;
+constexpr int kAttempts = 3; // tries of a picture that fails, before it waits for the next pose
 constexpr auto kPictureWait = std::chrono::milliseconds(12); // for a picture, before the window is looked at again
 constexpr double kMessageSeconds = 4;
-constexpr double kCameraSeconds = 1;  // of a flight from one camera to the next
+constexpr double kCameraSeconds = 1;  // length of a flight from one camera to the next
 constexpr double kSettingStep = 0.25; // levels
-constexpr double kSplitStep = 0.02;   // of the width
+constexpr double kSplitStep = 0.02;   // share of the width
 
 std::vector<Camera> camerasOf(const std::vector<Shot>& shots)
 {
@@ -77,7 +78,7 @@ WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const
     ViewLimits limits;
     limits.has_levels = m_scene->view().params->level_count > 1;
     try {
-        Reporter silent({ReportFormat::Text, ProgressMode::None, true}); // it is only a try
+        Reporter silent({ReportFormat::Text, ProgressMode::None, true}); // drops messages: this is only a try
         m_ipd = shotsOf(*m_scene, options.play, 2, options.play.view.ipd, options.play.view.eyes == 2 ? log : silent)
                     .front()
                     .ipd;
@@ -108,7 +109,8 @@ WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const
     jump(0, false);
     say("F1: keys");
     m_log = std::make_unique<JsonLines>(options.log,
-                                        options.play.output.overwrite); // last: an error before leaves a file alone
+                                        // opened last: an earlier error leaves an old file alone
+                                        options.play.output.overwrite);
 }
 
 bool WindowSession::idle() const
@@ -209,7 +211,7 @@ void WindowSession::act(Action action)
             settings.choice.reuse.policy = nextOf(reusePolicies(), settings.choice.reuse.policy);
         } while (settings.choice.reuse.policy == ReusePolicy::Error &&
                  (drawsOnGpu(m_options.play.devices) ||
-                  (settings.two_eyes && settings.choice.stereo == StereoMode::Merged))); // which renderers refuse
+                  (settings.two_eyes && settings.choice.stereo == StereoMode::Merged))); // renderers refuse this pair
         break;
     case Action::NextDetail: {
         const auto next = std::ranges::find_if(
@@ -289,7 +291,7 @@ void WindowSession::changeSettings(const ViewSettings& settings)
     }
 }
 
-// Orbit turns about what is seen in the middle: its depth is asked for once.
+// Orbit turns about the point in the middle of the view: its depth is asked for once.
 void WindowSession::setMode(NavigationMode mode)
 {
     m_seeks = mode == NavigationMode::Orbit;
@@ -334,7 +336,7 @@ void WindowSession::ask()
     if (m_recorder.records())
         (void)m_recorder.add(now(), wanted.camera, m_settings.two_eyes ? m_ipd : 0);
     if (m_seeking && m_source.waiting())
-        return; // nothing newer, which would take its place
+        return; // a newer pose would take its place
     m_seeking = false;
     if (wanted == m_view && !m_changed && !m_again && !m_seeks)
         return;
@@ -345,7 +347,7 @@ void WindowSession::ask()
         AskedPose seeks = pose(wanted);
         seeks.wants_depth = true;
         (void)m_source.submit(seeks, frameOptionsNow());
-        m_changed = true; // what is shown follows
+        m_changed = true; // the shown view must be asked for again
         return;
     }
     if (wanted == m_view && !m_changed && !m_again)
@@ -362,7 +364,7 @@ void WindowSession::ask()
     } catch (const Error& e) {
         if (e.code() != ErrorCode::Usage && e.code() != ErrorCode::Unsupported)
             throw;
-        say(e.what()); // of a switch: back to what worked
+        say(e.what()); // a switch failed: back to the last settings that worked
         const ViewSettings refused = m_settings;
         m_settings = m_worked;
         m_settings.compare = refused.compare;
@@ -378,7 +380,7 @@ void WindowSession::takePicture()
     if (!drawn) {
         const uint64_t failed = m_source.stats().counts.of(PoseEnd::Failed);
         if (failed > m_failed && !m_source.waiting()) {
-            m_changed = ++m_attempts < kAttempts; // the same again
+            m_changed = ++m_attempts < kAttempts; // tries the same pose again
             say(m_changed ? "a picture could not be drawn; it is tried again"
                           : "a picture could not be drawn; the next pose is tried");
         }
@@ -400,7 +402,7 @@ void WindowSession::takePicture()
     if (m_last.anchors_absent > 0) {
         say(formatString("loading: %s of %s anchors are still to come", formatCount(m_last.anchors_absent).c_str(),
                          formatCount(m_scene->anchorCount()).c_str()));
-        m_changed = true; // the same view shows more
+        m_changed = true; // the view shows more than before
     } else if (std::exchange(m_loading, false))
         say("loaded");
     m_loading = m_last.anchors_absent > 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A window while it is open: input, poses, pictures and what is written, one turn of the loop after the other.
+// An open window: input, poses, pictures and files, one turn of the loop after the other.
 #pragma once
 
 #include "player/window/controls.h"
@@ -35,7 +35,7 @@ private:
     // Camera and size that a picture is drawn for; a change of them calls for a new one.
     struct View {
         Camera camera;
-        uint32_t width = 0, height = 0; // of the window
+        uint32_t width = 0, height = 0; // size of the window
         bool operator==(const View& other) const;
     };
 
@@ -60,14 +60,15 @@ private:
     void say(const std::string& message);
     void hold(double frame_ms);
     [[nodiscard]] bool idle() const;
-    [[nodiscard]] bool hasSize() const { return m_input.width > 0 && m_input.height > 0; } // it is not minimised
+    // false while it is minimised
+    [[nodiscard]] bool hasSize() const { return m_input.width > 0 && m_input.height > 0; }
     [[nodiscard]] bool compares() const { return m_comparison.ready() && m_settings.compare != CompareMode::Off; }
     [[nodiscard]] Camera lens(uint32_t width, uint32_t height) const;
     [[nodiscard]] View view() const;
     [[nodiscard]] AskedPose pose(const View& view) const;
     [[nodiscard]] FrameOptions frameOptionsNow() const;
     [[nodiscard]] std::string settingsText() const;
-    [[nodiscard]] std::string whyNot(const FrameChoice& choice) const; // it cannot be switched to; empty = it can
+    [[nodiscard]] std::string whyNot(const FrameChoice& choice) const; // why it cannot be switched to; empty = it can
     [[nodiscard]] Guarded guarded(const FrameChoice& choice) const;
     [[nodiscard]] std::string freeName(const char* stem, const std::vector<const char*>& endings) const;
     [[nodiscard]] double now() const { return std::chrono::duration<double>(Clock::now() - m_start).count(); }
@@ -79,11 +80,11 @@ private:
     Reporter& m_report;
     FrameSource m_source;
     std::vector<Shot> m_shots;
-    double m_ipd = 0;   // of two eyes; 0 = none are possible
-    double m_tan_y = 1; // half of what the window spans upwards at depth 1
+    double m_ipd = 0;   // distance between two eyes; 0 = none are possible
+    double m_tan_y = 1; // half of the window's height at depth 1
     Navigator m_navigator;
     Controls m_controls;
-    std::optional<FrameGuard> m_guard; // of --target-ms
+    std::optional<FrameGuard> m_guard; // holds --target-ms
     ViewSettings m_settings, m_worked; // wanted; that a pose was last taken with
     Overlay m_overlay;
     std::unique_ptr<Panel> m_panel;
@@ -94,20 +95,21 @@ private:
     Clock::time_point m_start = Clock::now();
     double m_last_step = 0, m_last_show = 0, m_message_ends = 0;
     WindowInput m_input;
-    View m_view;           // that was asked for last
+    View m_view;           // view asked for last
     bool m_changed = true; // settings are others than those asked for
-    bool m_again = false;  // the same view shows more
+    bool m_again = false;  // the view shows more than before, draw it again
     RestPictures m_rest;
-    uint64_t m_asked = 0;                    // its pose
-    std::deque<DrawnPose> m_shown;           // newest last; the display may still read those before
-    FrameResult m_last;                      // of the newest
-    int m_camera = 0;                        // of the file, jumped to last
-    bool m_plays = false;                    // goes through the cameras
-    bool m_seeks = false, m_seeking = false; // what lies ahead, to turn about: to be asked for; has been
+    uint64_t m_asked = 0;          // pose of m_view
+    std::deque<DrawnPose> m_shown; // newest last; the display may still read those before
+    FrameResult m_last;            // result of the newest picture
+    int m_camera = 0;              // camera of the file that was jumped to last
+    bool m_plays = false;          // goes through the cameras
+    // depth ahead, as the point to turn about: is to be asked for; was asked for
+    bool m_seeks = false, m_seeking = false;
     bool m_dirty = true, m_wants_screenshot = false, m_closes = false;
     bool m_worked_last_turn = true;
     uint64_t m_failed = 0;           // poses so far
-    int m_attempts = 0;              // of the picture that failed last
+    int m_attempts = 0;              // tries of the picture that failed last
     std::vector<std::string> m_keys; // since the frame shown last
     std::string m_wrote;
 

@@ -37,7 +37,7 @@ Camera WindowSession::lens(uint32_t width, uint32_t height) const
     lens.appearance = m_shots[size_t(m_camera)].appearance;
     lens.tan_mid_x = lens.tan_mid_y = 0;
     lens.fov_x = lens.fov_y = 0;
-    // through a focal length in pixels, which is what a camera file states: so the file of a screenshot gives the same lens
+    // through a focal length in pixels, as a camera file states it: so the file of a screenshot gives the same lens
     lens.focal_x = lens.focal_y = height / (2 * m_tan_y);
     finishCamera(lens, width, height, 0);
     return lens;
@@ -56,7 +56,7 @@ WindowSession::View WindowSession::view() const
 AskedPose WindowSession::pose(const View& view) const
 {
     AskedPose pose;
-    pose.shot = m_shots[size_t(m_camera)]; // its appearance and origin
+    pose.shot = m_shots[size_t(m_camera)]; // for its appearance and origin
     pose.shot.camera = view.camera;
     pose.shot.right_eye.reset();
     pose.shot.ipd = m_settings.two_eyes ? m_ipd : 0;

@@ -10,8 +10,9 @@ namespace gsc {
 
 namespace {
 
-constexpr double kGrabs = 0.6, kLetsGo = 0.4; // of a grip: apart, so that a trembling finger does not do both
-constexpr double kDeadZone = 0.15;            // of a stick
+// share of a grip's way: two bounds, so that a trembling finger does not grab and let go
+constexpr double kGrabs = 0.6, kLetsGo = 0.4;
+constexpr double kDeadZone = 0.15; // deflection that counts as a stick at rest
 constexpr double kTurns = 0.7, kTurnsAgain = 0.3;
 constexpr double kSnap = std::numbers::pi / 6;
 constexpr double kWalks = 2.5;    // metres a second
@@ -79,7 +80,7 @@ bool Hands::walk(Placement& placement, const HeadsetInput& input, const SpacePos
     const double turns = input.hands[1].stick[0];
     bool moved = false;
     if (!m_turned && std::abs(turns) > kTurns) {
-        placement.turn(std::copysign(kSnap, -turns), head.position); // to the right is clockwise from above
+        placement.turn(std::copysign(kSnap, -turns), head.position); // a turn to the right is clockwise from above
         moved = m_turned = true;
     } else if (std::abs(turns) < kTurnsAgain) {
         m_turned = false;

@@ -9,7 +9,7 @@ namespace gsc {
 
 namespace {
 
-constexpr double kDrawsShare = 0.2; // of the newest picture in m_draws_ms
+constexpr double kDrawsShare = 0.2; // weight of the newest picture in m_draws_ms
 
 constexpr int64_t kMostPeriod = 1000000000; // ns; a runtime that says more knows none
 

@@ -98,7 +98,7 @@ private:
             from = std::min(from, x);
             to = std::max(to, x);
         }
-        if (!(from <= to)) // it does not reach this row
+        if (!(from <= to)) // the triangle misses this row
             return;
         const Span span{int64_t(std::clamp(std::ceil(from - 0.5), 0.0, double(m_width))),
                         int64_t(std::clamp(std::floor(to - 0.5) + 1, 0.0, double(m_width)))};

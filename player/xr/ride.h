@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A viewer who is carried along the cameras of a file, at the pace they were made for. Pure.
+// Carries a viewer along the cameras of a file at a constant rate. Pure.
 #pragma once
 
 #include "player/poses/placement.h"
@@ -10,11 +10,11 @@ namespace gsc {
 
 class Ride {
 public:
-    // At least one camera; `fps` of them a second. The rest is as Placement has it.
+    // At least one camera; `fps`: cameras per second. The other arguments are those of Placement.
     Ride(std::vector<Camera> cameras, double fps, const std::array<double, 3>& up, double metre, double eye_height);
 
-    // Where the space is after so many seconds: on the straight way between two cameras; before the first and after the last
-    // it stands there.
+    // Placement of the space after so many seconds: on the straight line between two cameras; at the first before it, at the
+    // last after it.
     [[nodiscard]] Placement at(double seconds) const;
 
 private:

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Part of its picture that each view of a headset shows, kept up with the masks that the runtime tells and with the
-// angles of the eyes.
+// Visible part of each view's picture, updated with the runtime's masks and the eyes' angles of view.
 #pragma once
 
 #include "runtime/cli/reporter.h"
@@ -12,18 +11,18 @@ class ViewLenses {
 public:
     ViewLenses(Headset& headset, Reporter& log);
 
-    // With the eyes of the views, as they were located last. Warns of a mask that makes no sense, once for each that is wrong in another way.
+    // Updates to the eyes located last. Warns of an invalid mask, once for each kind of fault.
     void follow(const std::vector<SpaceEye>& eyes);
     [[nodiscard]] const LensShape& of(size_t view) const { return m_views[view].shape; }
-    // HeadsetView::hidden, of each view that eyes were known of.
+    // Sets HeadsetView::hidden of each view whose eye is known.
     void tell(HeadsetFacts& facts) const;
 
 private:
     struct View {
         bool known = false;
-        SpaceEye eye; // that `shape` is of
+        SpaceEye eye; // eye that `shape` was computed for
         LensShape shape;
-        std::string fault; // that was told
+        std::string fault; // fault that was reported
     };
 
     Headset& m_headset;

@@ -98,7 +98,7 @@ std::optional<DrawnViews> ViewSource::next(std::chrono::nanoseconds most)
         return std::nullopt;
     }
     if (!m_source->waiting())
-        m_open.clear(); // what is left of it failed or expired
+        m_open.clear(); // the others failed or expired
     return std::exchange(m_newest, std::nullopt);
 }
 

@@ -22,7 +22,7 @@ namespace gsc {
 
 namespace {
 
-constexpr double kExitSeconds = 2; // that a runtime has to end a session that was interrupted
+constexpr double kExitSeconds = 2; // time that a runtime gets to end an interrupted session
 
 std::unique_ptr<Headset> openHeadset(const XrOptions& options)
 {

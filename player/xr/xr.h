@@ -17,39 +17,39 @@
 namespace gsc {
 
 struct XrOptions {
-    PlayOptions play;         // its size and outputs are not used
-    double scale = 1;         // of the recommended size of pictures, each side
-    bool stage = false;       // the viewer stands on the floor of the room; otherwise eyes start at the camera
-    double metre = 0;         // world units, 0 = the model's
-    bool rides = false;       // along the cameras, at their pace
-    double ride_fps = 72;     // cameras a second
+    PlayOptions play;         // its size and outputs are ignored
+    double scale = 1;         // width and height of pictures, in times the recommended ones
+    bool stage = false;       // the first camera is at a standing viewer's eyes; else at the eyes wherever they are
+    double metre = 0;         // world units per metre, 0 = the model's
+    bool rides = false;       // the viewer is carried along the cameras
+    double ride_fps = 72;     // cameras per second of the ride
     bool depth = false;       // the headset gets depths with its pictures
     bool waits = false;       // each frame shows the picture of its own pose
-    bool late = false;        // eyes are looked up again when their picture is begun
-    double seconds = 0;       // after which the session is asked to end; 0 = when the person ends it
-    std::string log;          // file of JSON lines, empty = none; OutputChoice::overwrite is its
-    bool keeps_place = false; // the place of the viewer is stored beside the model at the end
-    bool falls_back = false;  // to the window, where no headset can be had
+    bool late = false;        // eyes are located again when drawing of their picture begins
+    double seconds = 0;       // length of the session; 0 = until the viewer ends it
+    std::string log;          // file of JSON lines, empty = none; OutputChoice::overwrite applies to it
+    bool keeps_place = false; // stores the viewer's place beside the model at the end
+    bool falls_back = false;  // opens a window where no headset can be had
 };
 
 // Times and counts of one frame of the headset.
 struct XrFrame {
-    uint64_t frame = 0;       // from 1
-    int64_t display_time = 0; // of OpenXR's clock, ns
+    uint64_t frame = 0;       // counted from 1
+    int64_t display_time = 0; // predicted display time, OpenXR's clock, ns
     double period_ms = 0;
-    uint64_t missed = 0; // refreshes between the frame before and this one that had none
+    uint64_t missed = 0; // refreshes of the display since the frame before that had no frame
     bool visible = false, tracked = false;
     uint64_t shows = 0; // frame in which the eyes that are shown were located; 0 = nothing is shown
-    bool fresh = false; // they were not shown before
-    uint64_t age = 0;   // refreshes from then to this frame
-    double off_ms = 0;  // when they are seen, less when they were located for
+    bool fresh = false; // the picture was not shown before
+    uint64_t age = 0;   // refreshes from frame `shows` to this one
+    double off_ms = 0;  // display time minus the time that the eyes were predicted for
     double latency_ms = 0, draw_ms = 0, lod_bias = 0, detail = 0,
-           fovea_pixels = 0;                // of a fresh picture: from submit until it was there; of the device
-    uint64_t anchors_absent = 0;            // of a fresh picture: of the model, from it
-    double busy_ms = 0;                     // from the runtime's wake-up until the frame was ended
-    double copy_ms = 0;                     // of the GPU, of the last copy that is done; 0 = unknown
-    std::vector<std::array<float, 2>> gaze; // of a fresh picture: gazeOf() each view; empty: along the axes
-    std::optional<Placement> moved;         // where the headset's space is, if not where it was in the frame before
+           fovea_pixels = 0;     // of a fresh picture: ms from submit to its end, ms of the device, its settings
+    uint64_t anchors_absent = 0; // anchors of the model that a fresh picture lacks, as they are not on the device yet
+    double busy_ms = 0;          // from the runtime's wake-up until the frame was ended
+    double copy_ms = 0;          // GPU time of the last copy that has ended; 0 = unknown
+    std::vector<std::array<float, 2>> gaze; // gazeOf() each view of a fresh picture; empty: along the axes
+    std::optional<Placement> moved;         // new placement of the headset's space, if it moved since the frame before
 };
 
 struct XrSummary {
@@ -57,22 +57,22 @@ struct XrSummary {
     HeadsetFacts headset;
     double seconds = 0;
     uint64_t frames = 0, visible = 0, untracked = 0, missed = 0, pictures = 0, renewals = 0;
-    Spread age, off_ms, busy_ms, latency_ms; // XrFrame's; the first two of frames that show something
-    std::vector<uint64_t> ages;              // frames whose age is 0, 1, 2, ... ; the last: that and more
+    Spread age, off_ms, busy_ms, latency_ms; // of XrFrame's values; age and off_ms over frames that show a picture
+    std::vector<uint64_t> ages;              // number of frames with age 0, 1, 2, ...; the last counts all older ones
     std::optional<ServiceStats> service;
-    std::string place; // file that was written, empty = none
+    std::string place; // path of the place file that was written, empty = none
 };
 
-// Error of runXr() where the headset is the reason: another way of showing the model may do.
+// Error of runXr() that the headset causes: the model may still be shown in a window.
 struct HeadsetError : Error {
     explicit HeadsetError(const Error& error) : Error(error) {}
 };
 
-// Returns when the session is over. Throws Error: Unsupported without a runtime, a headset or a build that has one; Device
-// where they or every device that draws are lost; Interrupted; others as the renderer has them.
+// Returns when the session is over. Throws Error: Unsupported without a runtime, a headset or a build with OpenXR; Device if
+// the headset or every drawing device is lost; Interrupted; others as the renderer.
 XrSummary runXr(const XrOptions& options, Reporter& log);
 
-// Facts that `--info` tells.
+// Facts for `--info`.
 HeadsetFacts headsetFacts(const XrOptions& options, Reporter& log);
 OrderedJson headsetJson(const HeadsetFacts& facts); // schemas/xr-info.schema.json
 std::string headsetText(const HeadsetFacts& facts);

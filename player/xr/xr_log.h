@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Log of a headset's frames: a line of a file for each, and the sums of a whole run.
+// Log of a headset's frames: a line per frame in a file, and sums over the session.
 #pragma once
 
 #include "runtime/cli/json_lines.h"
@@ -9,10 +9,10 @@ namespace gsc {
 
 class XrLog {
 public:
-    XrLog(const std::string& path, bool overwrite) : m_file(path, overwrite) {} // as JsonLines
+    XrLog(const std::string& path, bool overwrite) : m_file(path, overwrite) {} // throws as JsonLines
 
-    void add(const XrFrame& frame);  // its line is in the file at once. Throws Error(Io)
-    void close() { m_file.close(); } // the sums go on
+    void add(const XrFrame& frame);  // writes the line at once. Throws Error(Io)
+    void close() { m_file.close(); } // later frames count in the sums only
     void sumUp(XrSummary& summary) const;
 
 private:

@@ -18,7 +18,7 @@ namespace gsc {
 namespace {
 
 constexpr auto kIdle = std::chrono::milliseconds(10);
-constexpr double kLagShare = 0.1; // of the newest picture in m_lag
+constexpr double kLagShare = 0.1; // weight of the newest picture in m_lag
 constexpr double kMostLag = 3;    // refreshes; a pose further ahead is a guess
 
 std::vector<Shot> shotsOf(const Scene& scene, const PlayOptions& play, Reporter& log)
@@ -57,7 +57,7 @@ SpacePose headOf(const std::vector<SpaceEye>& eyes)
     return head;
 }
 
-// By so many metres.
+// Moves the place up by `higher` metres.
 Placement raised(const Placement& place, double higher)
 {
     return {place.toWorld({0, higher, 0}), place.axes(), place.scale()};
@@ -105,7 +105,8 @@ XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scen
         m_late = std::make_shared<LateEyes>(headset, options.waits);
     m_headset.prepare();
     m_log = std::make_unique<XrLog>(options.log,
-                                    options.play.output.overwrite); // last: an error before leaves a file alone
+                                    // opened last: an earlier error leaves an old file alone
+                                    options.play.output.overwrite);
 }
 
 XrSession::~XrSession()
@@ -140,7 +141,7 @@ bool XrSession::step()
     case HeadsetState::Lost:
         throw Error(ErrorCode::Device, "headset", "the OpenXR runtime or the headset has gone", "that they stay",
                     "start the runtime and the player again");
-    case HeadsetState::Idle: // a picture may still come, but nobody sees it
+    case HeadsetState::Idle: // a picture may still come, but is not shown
         forgetPictures();
         m_last_time = 0;
         std::this_thread::sleep_for(kIdle);
@@ -190,7 +191,7 @@ void XrSession::frame()
     }
     try {
         m_log->add(line);
-    } catch (const Error& e) { // a full disk does not end the session; who follows it has what there was
+    } catch (const Error& e) { // a full disk does not end the session; the log keeps the lines so far
         m_report.warning(e.what());
         m_log->close();
     }
@@ -222,7 +223,7 @@ void XrSession::ask(const HeadsetFrame& frame, XrFrame& line)
     const HeadsetInput input = m_headset.input(frame.display_time);
     move(frame, input);
     if (!line.tracked)
-        return; // what was drawn last stays where it was
+        return; // the picture drawn last stays where it was
     if (!m_source.renewing())
         m_lenses.follow(m_eyes);
     if (m_guard)
@@ -251,10 +252,10 @@ void XrSession::take(XrFrame& line)
         drawn->asked.eyes = look->eyes;
         drawn->asked.time = look->time;
     }
-    m_headset.finish(); // of the picture before, whose memory is used again
+    m_headset.finish(); // ends the picture before, whose memory is used again
     const std::vector<ShownPicture> pictures = m_source.shown(*drawn);
     if (pictures.size() != drawn->asked.eyes.size())
-        return; // its GPU is lost
+        return; // the headset's GPU is lost
     m_headset.take({pictures, drawn->asked.eyes, drawn->asked.metre});
     line.fresh = true;
     m_stale = false;
@@ -294,7 +295,7 @@ XrSummary XrSession::finish()
     return summary;
 }
 
-// As the place of the eyes: the next session may stand on another floor.
+// stored as the place of the eyes: the next session may stand on another floor
 std::string XrSession::keepPlace() const
 {
     return writePlace(m_options.play.model.file, raised(m_place, eyeHeight()));

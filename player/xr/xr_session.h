@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A headset while the player draws for it: one frame of it after the other, each ended at once with the newest finished
-// picture, and the pose that picture was drawn for.
+// Session of a headset that the player draws for: takes frame after frame, and ends each at once with the newest finished
+// picture and the pose it was drawn for.
 #pragma once
 
 #include "player/frames/shots.h"
@@ -26,19 +26,19 @@ public:
     XrSession& operator=(const XrSession&) = delete;
 
     bool step();                   // false: the session is over. Throws Error
-    void requestExit();            // it is over soon
+    void requestExit();            // asks the runtime to end the session soon
     XrSummary finish();            // throws Error(Io) where the place cannot be stored
-    std::string keepPlace() const; // its file. Throws Error(Io)
+    std::string keepPlace() const; // returns the file's path. Throws Error(Io)
 
 private:
     using Clock = std::chrono::steady_clock;
-    static constexpr double kEyeHeight = 1.6; // metres, of a viewer who stands
+    static constexpr double kEyeHeight = 1.6; // metres, of a standing viewer
 
     void frame();
     void move(const HeadsetFrame& frame, const HeadsetInput& input);
     void ask(const HeadsetFrame& frame, XrFrame& line);
     void take(XrFrame& line);
-    void forgetPictures(); // that were drawn or are being drawn: of another place, or of long ago
+    void forgetPictures(); // drops pictures, drawn or being drawn, that show another place or are old
     [[nodiscard]] double eyeHeight() const { return m_options.stage ? kEyeHeight : 0; } // above the space's origin
     [[nodiscard]] Placement startPlace() const;
 
@@ -48,26 +48,26 @@ private:
     Reporter& m_report;
     std::vector<Shot> m_shots;
     double m_metre;
-    double m_floor; // its height in the headset's space, metres
+    double m_floor; // height of the floor in the headset's space, metres
     Placement m_place;
     Hands m_hands;
     std::optional<Ride> m_ride;
     std::optional<FrameGuard> m_guard;
     FrameOptions m_frame_options;
-    std::shared_ptr<LateEyes> m_late; // also held by what is being drawn; null: --xr-late was not asked for
+    std::shared_ptr<LateEyes> m_late; // shared with pictures being drawn; null: --xr-late was not asked for
     ViewLenses m_lenses;
     std::unique_ptr<XrLog> m_log;
-    ViewSource m_source;            // last but for what it drew: its end waits for the GPU
-    std::deque<DrawnViews> m_shown; // newest last; the one before may still be read
+    ViewSource m_source;            // declared late: its destructor waits for the GPU
+    std::deque<DrawnViews> m_shown; // newest last; the GPU may still read the one before
 
     Clock::time_point m_start = Clock::now();
-    std::vector<SpaceEye> m_eyes; // as they were located last
+    std::vector<SpaceEye> m_eyes; // eyes as located last
     uint64_t m_frame = 0;
     int64_t m_first_time = 0, m_last_time = 0; // display times
-    double m_lag = 1;                          // refreshes that pictures come after their pose, about
+    double m_lag = 1;                          // refreshes from a pose to its picture, running mean
     bool m_exits = false, m_moved = true;
-    bool m_stale = true;       // nothing that was drawn may be shown
-    uint64_t m_valid_from = 1; // frame in which eyes of a picture to be shown were located, or later
+    bool m_stale = true;       // no picture drawn before may be shown
+    uint64_t m_valid_from = 1; // pictures of eyes located before this frame are not shown
 };
 
 } // namespace gsc

@@ -8,13 +8,13 @@
 
 namespace gsc {
 
-// All throw Error(Usage) for what the caller can correct, InvalidFile or Unsupported for what it cannot.
+// All throw Error(Usage) for a fault that the caller can correct, InvalidFile or Unsupported otherwise.
 void checkModel(const ModelView& model);
 // `model` has no params before the first load. on_host: of the renderer.
 void checkRequest(const ModelView& model, const FrameRequest& request, bool on_host);
 void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t eye_count);
 void checkSize(uint32_t width, uint32_t height);                 // pixels
-void checkColumns(const ColumnRange& columns, uint32_t width);   // of an image
+void checkColumns(const ColumnRange& columns, uint32_t width);   // columns of an image
 void checkReuse(const std::string& backend, ReusePolicy policy); // Unsupported: a renderer of the backend has no such
 // Throw Error(Internal) for a fault of the calling program: too many frames in flight, a ticket that is not in flight.
 void checkInFlight(size_t frames, uint32_t most = kFramesInFlight);
@@ -32,7 +32,7 @@ inline const float* emptyColor(const FrameOptions& options)
                                                                                                 : options.background;
 }
 
-// Whether both eyes are decoded at once, and where from: the middle between their centres.
+// True if both eyes are decoded at once, from the middle between their centres.
 bool decodesMerged(const FrameOptions& options, uint32_t eye_count);
 template <typename Eye, typename Real>
 void mergedCenter(const Eye* eyes, Real* center)

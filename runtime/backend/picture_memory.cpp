@@ -60,7 +60,7 @@ std::shared_ptr<std::byte> BlockPool::take(size_t bytes)
     return {block, [pool = shared_from_this(), bytes](std::byte* given) { pool->giveBack(given, bytes); }};
 }
 
-// Where too many are spare, one of another size goes first.
+// If too many blocks are spare, one of another size goes first.
 void BlockPool::giveBack(std::byte* block, size_t bytes)
 {
     std::vector<std::byte*> dropped;

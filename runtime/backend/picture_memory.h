@@ -10,36 +10,36 @@
 
 namespace gsc {
 
-// A place for pictures. Used from any thread; what take() gave goes back when nobody holds it any more, and may outlive
-// this.
+// A source of memory for pictures. May be used from any thread; memory that take() gave returns when its last user
+// drops it, and may outlive this.
 class PictureMemory {
 public:
     virtual ~PictureMemory() = default;
 
-    [[nodiscard]] virtual FrameTarget::Kind kind() const = 0; // of targets in it: Host or Device
+    [[nodiscard]] virtual FrameTarget::Kind kind() const = 0; // kind of targets in it: Host or Device
 
     // At least `bytes`; content undefined. Throws Error (OutOfMemory, Device).
     virtual std::shared_ptr<std::byte> take(size_t bytes) = 0;
 
-    // Can this renderer draw into it itself?
+    // True if this renderer can draw into the memory itself.
     [[nodiscard]] virtual bool takesFrom(const Renderer& renderer) const = 0;
 
-    // Whether its device is lost: then all that it gave is of no use, and none of it is freed.
+    // True if its device is lost: all its memory is then useless, and none of it is freed.
     virtual bool lost() { return false; }
 };
 
 // Rows of bytes, in memory of a picture.
 struct PicturePart {
-    size_t offset = 0, pitch = 0; // of the first; from row to row
-    size_t bytes = 0, rows = 0;   // of each
+    size_t offset = 0, pitch = 0; // offset of the first row; bytes from row to row
+    size_t bytes = 0, rows = 0;   // bytes of a row; rows
 };
 
-// One worker's way to pictures that its renderer cannot draw into. Used from the worker's thread.
+// A worker's way of delivering pictures into memory that its renderer cannot draw into. Used from the worker's thread.
 class PictureBridge {
 public:
     virtual ~PictureBridge() = default;
 
-    // Memory that the renderer can draw into, for as many bytes; of `slot`, which nothing else uses until finish().
+    // Memory of `bytes` bytes that the renderer can draw into, in `slot`, which nothing else uses until finish().
     // Throws as take().
     virtual FrameTarget buffer(uint32_t slot, size_t bytes) = 0;
 
@@ -72,9 +72,9 @@ private:
     Allocate m_allocate;
     Free m_free;
     int m_place;
-    std::mutex m_mutex; // guards what follows
+    std::mutex m_mutex; // guards the members below
     bool m_forgotten = false;
-    std::multimap<size_t, std::byte*> m_spare; // by bytes
+    std::multimap<size_t, std::byte*> m_spare; // key: bytes
     size_t m_spare_bytes = 0;
 };
 

@@ -12,9 +12,9 @@
 
 namespace gsc {
 
-// Takes a camera-to-world matrix of `root`'s frames back, or leaves it where it is taken as it stands; `how` is told of that.
-// A transform that scales scales places alone: cameras stay rigid. Throws Error(InvalidFile) for keys that are no such
-// values; Error(Unsupported) for a transform that is asked to be undone and stretches or mirrors.
+// Transforms a camera-to-world matrix of `root`'s frames back if that is asked for, else returns it unchanged; notes
+// that in `how`. A transform that scales changes positions alone: cameras stay rigid. Throws Error(InvalidFile) for
+// keys that are no such values; Error(Unsupported) for a transform to undo that stretches or mirrors.
 class AppliedTransform {
 public:
     AppliedTransform(const JsonObject& root, const CameraReading& how);
@@ -24,7 +24,7 @@ public:
 private:
     void tellKept(const JsonObject& root, bool moves, const CameraReading& how) const;
 
-    glm::dmat3 m_turn{1}, m_inverse{1}; // of rotations, of places
+    glm::dmat3 m_turn{1}, m_inverse{1}; // takes the transform off rotations; off positions
     glm::dvec3 m_shift{0};
     double m_scale = 1;
     bool m_undo = false;

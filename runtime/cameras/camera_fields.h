@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads from JSON what cameras of several formats have: the fields of a lens and a pose, keys nobody reads, and a sentence
-// for each kind of thing assumed.
+// Reads fields of JSON that several camera formats share: lens and pose; notes unread keys, and each kind of assumption
+// with one sentence.
 #pragma once
 
 #include "runtime/cameras/camera_reading.h"
@@ -25,7 +25,7 @@ class CameraNotes {
 public:
     explicit CameraNotes(std::string file) : m_file(std::move(file)) {}
 
-    // `text` is told of the first object of each `kind`, with the number of objects. `where`: of the object.
+    // Keeps the text for the first object of each `kind`, and counts the objects. `where`: name of the object.
     void add(const std::string& kind, const std::string& where, const std::string& text);
     // The keys of `object` that are not in `known` are named together.
     void addUnread(const JsonObject& object, std::span<const char* const> known);
@@ -47,9 +47,10 @@ private:
 struct LensKeys {
     const JsonObject& frame;
     const JsonObject* file = nullptr; // null: the frame stands alone
-    CameraNotes* notes = nullptr;     // is told of keys that both have with different values
+    CameraNotes* notes = nullptr;     // takes keys that frame and file have with different values
 
-    // Finds the object that `key` is read of, null if there is none; without `null_counts` a value of null is as if it were not there.
+    // Finds the object that has `key`: the frame, else the file; null if neither has. Without `null_counts` a value of
+    // null counts as missing.
     [[nodiscard]] const JsonObject* holder(const char* key, bool null_counts = true) const;
 };
 
@@ -60,7 +61,8 @@ constexpr const char* kCoefficients[] = {
     "k0", "k1", "k2", "k3", "k4",  "k5",  "k6",    "p0",        "p1",        "p2",        "p3",        "p4",       "s0",
     "s1", "s2", "s3", "s4", "sx1", "sy1", "omega", "ftheta_p0", "ftheta_p1", "ftheta_p2", "ftheta_p3", "ftheta_p4"};
 
-// Finds what no pinhole shows: a coefficient such as k1 or p2 that is not 0, another camera model, a fisheye lens.
+// Finds a lens that no pinhole can show: a coefficient such as k1 or p2 that is not 0, another camera model, a fisheye
+// lens.
 class DistortionCheck {
 public:
     // Tells `how` in one sentence for the file where such lenses are ignored; otherwise they are refused.
@@ -79,8 +81,8 @@ private:
     size_t m_cameras = 0, m_distorted = 0;
 };
 
-// Pixels from where the axis meets the image (cx, cy) to the middle of `width` x `height`, right and down; 0 for what
-// is not stated. Throws Error(InvalidFile), also where cx or cy is there and the size is not (0).
+// Pixels from where the axis meets the image (cx, cy) to the middle of `width` x `height`, right and down; 0 for a
+// missing key. Throws Error(InvalidFile), also if cx or cy is there and the size is not (0).
 struct MiddleOffset {
     double x = 0, y = 0;
 };
@@ -95,7 +97,7 @@ double orthogonalityError(const glm::dmat3& m, double scale2);
 double readFocal(const JsonObject& object, const char* key);
 double readAngle(const JsonObject& object, const char* key);   // radians
 double readDegrees(const JsonObject& object, const char* key); // the file's; returns radians
-// An orthonormal, right-handed matrix of 3 rows, row-major; `what` it is, for messages.
+// An orthonormal, right-handed matrix of 3 rows, row-major; `what`: its name in messages.
 void readRotation(const JsonObject& object, double out[9], const char* what = "camera-to-world");
 
 // Tells `notes` of a lens that is possible and seldom meant: an axis outside the image, an angle close to a half turn.
@@ -116,8 +118,8 @@ struct CameraFindings {
     }
 };
 
-// Collects what `read` makes of each object of an array; `what` it is, for messages. `root`, if given, is the object that holds the
-// array; keys of neither kind that are not in `known` are named.
+// Collects the results of `read` for each object of an array; `what`: their name in messages. `root`, if given, is the
+// object that holds the array; unknown keys of both, not in `known`, are noted.
 struct ArrayOfCameras {
     const ParsedJson& array;
     const std::string& file;

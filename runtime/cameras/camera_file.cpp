@@ -76,7 +76,7 @@ std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eye
         }
         const std::string text =
             readInputText(files.name, kMaxFileBytes, "a camera file, or \"stored\" for those in the model");
-        const size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf"); // and a byte order mark
+        const size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf"); // skips a byte order mark too
         if (first == std::string::npos || (text[first] != '[' && text[first] != '{'))
             throw Error(
                 ErrorCode::InvalidFile, files.name,

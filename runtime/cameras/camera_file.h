@@ -22,8 +22,9 @@ namespace gsc {
 // Throws Error (InvalidFile, Unsupported).
 std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryFacts* eyes = nullptr,
                                     const CameraReading& how = {});
-// Reads the same of a file, a COLMAP model (colmap_cameras.h) or what a folder holds (camera_source.h). `how` is told of a
-// cfg_args beside a cameras.json that states another size. Throws Error (Io, InvalidFile, Unsupported).
+// Reads cameras of a file as parseCameraFile(), of a COLMAP model (colmap_cameras.h) or of a folder (camera_source.h).
+// Warns, in `how`, of a cfg_args beside a cameras.json that states another size. Throws Error (Io, InvalidFile,
+// Unsupported).
 std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes = nullptr,
                                    const CameraReading& how = {});
 

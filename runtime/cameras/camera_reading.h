@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choices of how a camera file is read, wherever a command takes one, and what every reader of one shares.
+// Choices for reading a camera file, the same in every command, and helpers of all readers.
 #pragma once
 
 #include <gsc/camera.h>
@@ -13,15 +13,15 @@ namespace gsc {
 
 // Treatment of a file whose poses were moved (nerfstudio's applied_transform and applied_scale).
 enum class CamerasTransform : uint8_t {
-    Told, // they are taken as they stand, with a warning
-    Keep, // the same, asked for, so without one
-    Undo  // they are moved back
+    Told, // poses stay as they stand, with a warning
+    Keep, // poses stay as they stand, without a warning, since that was asked for
+    Undo  // poses are moved back
 };
 
 struct CameraReading {
     bool ignore_distortion = false; // a lens that distorts is taken as a pinhole, with a warning, instead of refused
     CamerasTransform transform = CamerasTransform::Told;
-    std::vector<std::string>* warnings = nullptr; // takes a sentence for each thing assumed; null: nobody is told
+    std::vector<std::string>* warnings = nullptr; // takes a sentence for each thing assumed; null: none are kept
 
     void warn(std::string text) const
     {
@@ -42,7 +42,7 @@ struct TrajectoryFacts {
 // through here, so that the same position gives the same bits.
 void translationFromPosition(const double rotation[9], const double position[3], double out[3]);
 
-// The whole angle, in radians, that so many pixels span at a focal length in pixels.
+// The whole angle, radians, that a number of pixels spans at a focal length in pixels.
 double angleOf(double pixels, double focal);
 // Moves the image so that its middle lies these shares of its sides right and down of the axis. Precondition: the
 // camera's angles are known.

@@ -21,7 +21,7 @@ bool isFile(const fs::path& path)
     return fs::is_regular_file(path, none);
 }
 
-// The model whose files lie in `folder`, one of them at least; none where there are no images.
+// The model whose files lie in `folder`; none without images.
 std::optional<CameraFiles> modelIn(const fs::path& folder)
 {
     const bool images_bin = isFile(folder / "images.bin"), images_txt = isFile(folder / "images.txt");
@@ -74,7 +74,7 @@ std::vector<Choice> choicesIn(const fs::path& folder)
     add("transforms_test.json", "transforms_train.json");
     add("transforms.json");
     add("transforms_val.json");
-    add("cameras.json"); // of a trained model
+    add("cameras.json"); // a trained model's
     return choices;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds what a path of cameras stands for: a file, a COLMAP model, or what a trainer takes as its source (-s).
+// Finds the cameras that a path stands for: a file, a COLMAP model, or a trainer's source folder (-s).
 #pragma once
 
 #include "runtime/cameras/camera_reading.h"
@@ -16,7 +16,7 @@ enum class CameraForm : uint8_t { Json, ModelInText, ModelInBinary, ModelInBoth 
 struct CameraFiles {
     std::string name; // their path, as messages name it
     CameraForm form = CameraForm::Json;
-    std::filesystem::path folder; // that it or a COLMAP model's files lie in
+    std::filesystem::path folder; // folder of the file or of a COLMAP model
 };
 
 // Camera files at `path`. A file is taken itself, whether it is there or not; one of a COLMAP model's four files stands

@@ -24,7 +24,7 @@ struct LensModel {
     size_t values;
     bool two_focals; // fx, fy; otherwise one for both
     LensKind kind;
-    size_t coefficients; // the first so many behind cx, cy; where all are 0 the lens is what `kind` says
+    size_t coefficients; // the first so many behind cx, cy; if all are 0, `kind` says which lens it is
 };
 
 // By COLMAP's number (src/colmap/sensor/models.h of 4.0).
@@ -63,7 +63,7 @@ public:
     [[nodiscard]] bool hasLens(int64_t id) const { return m_lenses.contains(id) || m_unknown.contains(id); }
     // `file` states how many cameras or images it has. Precondition: all are added.
     void checkCount(const char* file, uint64_t stated, bool of_images) const;
-    // By name. Throws where there is none.
+    // Finds by name. Throws if there is none.
     std::vector<Camera> finish();
 
 private:

@@ -11,7 +11,7 @@ namespace gsc {
 namespace {
 
 constexpr int kMaxDepth = 64;     // the deepest file we read nests four levels
-constexpr double kMaxSize = 1e15; // of a coordinate: its square still fits a float
+constexpr double kMaxSize = 1e15; // largest coordinate: its square still fits a float
 // Stands for NaN and the infinities: no null, which may mean that a key is not there.
 constexpr std::string_view kNotFiniteText = "1e308";
 constexpr double kNotFinite = 1e308;
@@ -93,7 +93,7 @@ public:
 private:
     const std::string& m_file;
     const char* m_expected;
-    std::vector<std::set<std::string>> m_keys; // of the objects that are open
+    std::vector<std::set<std::string>> m_keys; // keys of the objects that are open
     size_t m_depth = 0;
 };
 

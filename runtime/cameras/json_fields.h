@@ -38,10 +38,10 @@ public:
     // Null if the key is missing.
     [[nodiscard]] const ParsedJson* find(const char* key) const;
     [[nodiscard]] bool has(const char* key) const { return find(key) != nullptr; }
-    // As find(), for keys that may be left out: null too if the value is null, as Python writes None.
+    // find() for keys that may be left out: null too if the value is null, as Python writes None.
     [[nodiscard]] const ParsedJson* stated(const char* key) const;
 
-    // All throw Error(InvalidFile) if the key is missing or its value is not what the name says.
+    // All throw Error(InvalidFile) if the key is missing or its value is of another kind than the function's name says.
     [[nodiscard]] const ParsedJson& at(const char* key) const;
     [[nodiscard]] std::string text(const char* key) const;
     [[nodiscard]] double number(const char* key) const; // finite

@@ -8,7 +8,7 @@
 
 namespace gsc {
 
-constexpr double kEyesApart = 0.064; // metres, where nobody says; `gsc sample paths` takes the same
+constexpr double kEyesApart = 0.064; // metres, if not stated; `gsc sample paths` takes the same
 
 enum class LengthUnit { World, Metre };
 
@@ -18,16 +18,16 @@ struct Length {
 };
 
 // "0.065" is a length in world units of the model; "0.064m", "6.4cm" and "64mm" are 0.064 metres. Throws Error(Usage),
-// also for what is not above 0 and below 1e15; `option` is the name in its message.
+// also for a length outside of 0 to 1e15; `option` is the name in its message.
 Length parseLength(const std::string& text, const char* option);
 
 // World units that stand for one metre of a viewer's body.
 struct Metre {
     double units = 0;
-    std::string rule; // how it came about, one sentence without a full stop
+    std::string rule; // how it was found, one sentence without a full stop
 };
 
-// Reads what `gsc convert` wrote into the manifest (/model/metre); none in older files and where it is no length.
+// Reads the metre of the manifest (/model/metre), which `gsc convert` wrote; none in older files or if it is no length.
 std::optional<Metre> metreOfManifest(std::string_view manifest);
 
 // metre.json beside a checkpoint: the metre of a model whose scale is known (schemas/metre.schema.json). `path` is used in

@@ -12,9 +12,9 @@
 
 namespace gsc {
 
-// `cameras`: a camera file, or "stored" or empty. Sizes and angles are the cameras' own. With `facts` those of a file are as
-// they were read, and to be finished by the caller (finishCamera()).
-// Throws Error (Io, InvalidFile, Unsupported, Usage).
+// `cameras`: a camera file, or "stored" or empty. Sizes and angles are the cameras' own. With `facts` the cameras of a
+// file are returned as read, for the caller to finish (finishCamera()). Throws Error (Io, InvalidFile, Unsupported,
+// Usage).
 std::vector<Camera> sceneCameras(const Scene& scene, const std::string& cameras, const CameraReading& how,
                                  TrajectoryFacts* facts = nullptr);
 
@@ -22,7 +22,7 @@ std::vector<Camera> sceneCameras(const Scene& scene, const std::string& cameras,
 int appearanceFor(const Scene& scene, const Camera& camera);
 int appearanceOf(const std::vector<uint32_t>& rows, const Camera& camera); // `rows`: Scene::appearanceRows()
 
-// At most so many of a list, evenly spread.
+// At most `most` cameras of a list, evenly spread.
 template <typename T>
 std::vector<T> takeEvenly(std::vector<T> all, size_t most)
 {

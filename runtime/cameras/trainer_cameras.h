@@ -20,8 +20,8 @@ std::vector<SourceCamera> parseUpstreamCameras(std::string_view json, const std:
 // Reads the same from parsed JSON, as upstream draws them.
 std::vector<Camera> trainerCameras(const nlohmann::json& root, const std::string& name, const CameraReading& how);
 
-// Returns what upstream renders for it by default: field of view of the source size, at most 1600 pixels wide (6.2).
-// Precondition: as parseUpstreamCameras() leaves it.
+// Returns the camera that upstream renders by default: field of view of the source size, at most 1600 pixels wide
+// (6.2). Precondition: `camera` comes from parseUpstreamCameras().
 Camera cameraOf(const SourceCamera& source);
 
 // Option -r of the trainers, `resolution` in their settings: 1, 2, 4 and 8 divide, any other is the width in pixels, and
@@ -35,7 +35,7 @@ struct TrainedSize {
 // Sizes a photograph of `width` x `height`, both rounded as the trainers round them; a side is 1 or more.
 TrainedSize trainerSize(uint32_t width, uint32_t height, double resolution);
 
-// `stated`, or the default where no trainer takes such a number, which `how` is told of; `file` is for the message.
+// Returns `stated`, or, with a warning, the default if no trainer takes such a number; `file` is for the message.
 double checkedResolution(double stated, const std::string& file, const CameraReading& how);
 
 // Tells `how` of a cfg_args or config.yaml beside the file `cameras` that may state another resolution than the default,

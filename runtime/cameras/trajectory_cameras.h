@@ -9,7 +9,7 @@
 
 namespace gsc {
 
-// Its frames; `facts` takes what it states beside them. Throws Error(InvalidFile, Unsupported).
+// Returns its frames; fills `facts` with the values stated beside them. Throws Error(InvalidFile, Unsupported).
 std::vector<Camera> trajectoryCameras(const JsonObject& root, TrajectoryFacts& facts, const CameraReading& how);
 
 } // namespace gsc

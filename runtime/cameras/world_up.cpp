@@ -36,7 +36,7 @@ std::optional<glm::dvec3> upOfViews(std::span<const ViewAxes> views)
     glm::dvec3 sky(0);
     for (const ViewAxes& view : views) {
         m += glm::outerProduct(view.right, view.right);
-        sky -= view.down + view.forward; // it is above the picture or behind the camera
+        sky -= view.down + view.forward; // the sky is above the picture or behind the camera
     }
     const auto [axes, values] = principalAxes(m);
     if (!(values[2] < 0.5 * values[1] && values[1] >= kLeastTurn * double(views.size())))

@@ -225,7 +225,7 @@ private:
     void takeValue(const std::string& word, bool is_attached = false)
     {
         const CLI::Option& option = *m_state.awaited;
-        // the name of another option is what somebody forgot the value before
+        // a name of another option here: somebody forgot the value
         if (!m_lenient && !is_attached && looksLikeOption(word) &&
             m_state.command->get_option_no_throw(word) != nullptr)
             failNoValue(option);
@@ -326,7 +326,7 @@ CommandState followWords(const CLI::App& root, const std::vector<std::string>& w
 {
     Walker walker(root, true);
     for (const std::string& word : words)
-        walker.take(word, words.size()); // nobody knows how many come
+        walker.take(word, words.size()); // any number may come
     return walker.state();
 }
 

@@ -16,21 +16,22 @@ class Option;
 
 namespace gsc {
 
-// Where a command line stands after some of its words.
+// Position in a command line after some of its words.
 struct CommandState {
     const CLI::App* command = nullptr;    // the innermost so far
     const CLI::Option* awaited = nullptr; // the option whose value comes next; null = none
-    bool awaited_may_end = false;         // it has a value already and takes more
+    bool awaited_may_end = false;         // the awaited option has a value already and may take more
     bool only_positionals = false;        // "--" was there
     std::vector<std::string> positionals; // words without an option
     std::map<const CLI::Option*, size_t> given;
     bool help = false, help_all = false, version = false;
-    std::vector<std::string> path;                                  // names of commands
-    std::vector<std::pair<const CLI::Option*, std::string>> values; // of options and positionals; a flag's is "true"
+    std::vector<std::string> path; // names of commands
+    // values given to options and positionals; a flag's is "true"
+    std::vector<std::pair<const CLI::Option*, std::string>> values;
 };
 
-// `words` without the program's name. Throws Error(Usage) for the first word that does not fit, and for what is missing
-// at the end; after --help or --version nothing is missing.
+// `words`: the command line without the program's name. Throws Error(Usage) for the first word that does not fit, or
+// for a missing word at the end; after --help or --version nothing is missing.
 CommandState checkWords(const CLI::App& root, const std::vector<std::string>& words);
 
 // Gives the values to the options that were declared, and runs the callbacks of these and of the commands.
@@ -42,7 +43,7 @@ CommandState followWords(const CLI::App& root, const std::vector<std::string>& w
 // The commands right below one, in the order in which they were declared, and its options.
 std::vector<const CLI::App*> commandsOf(const CLI::App& command);
 std::vector<const CLI::Option*> optionsOf(const CLI::App& command);
-// Its options, without positionals, by the heading they stand under.
+// Options of a command, without positionals, by their heading.
 struct OptionGroup {
     std::string name;
     std::vector<const CLI::Option*> options;
@@ -67,12 +68,12 @@ inline constexpr const char* kRare = " (rare)"; // behind the name of its group
 std::string positionalsText(const CLI::App& command);
 // The part of a help text that says it in short.
 std::string summaryOf(const std::string& help);
-// Does it take a value?
+// True if the option takes a value.
 bool takesValue(const CLI::Option& option);
 bool takesSeveral(const CLI::Option& option);
 // The positional that takes the next word without an option; null if none does.
 const CLI::Option* nextPositional(const CommandState& state);
-// The part of the option's text that names what it takes, "FILE.gsc" of "FILE.gsc (default: none)".
+// The part of the option's placeholder that names its value: "FILE.gsc" of "FILE.gsc (default: none)".
 std::string placeholderOf(const CLI::Option& option);
 // The rest of it, " (default: none)".
 std::string noteOf(const CLI::Option& option);

@@ -50,7 +50,7 @@ void addValues(std::string& lines, const CLI::Option& option, const std::string&
     }
 }
 
-// Not those given already, nor what one of them rules out.
+// Options that are neither given already nor excluded by one that is.
 void addOptions(std::string& lines, const CLI::App& command, const std::string& begun, const CommandState& state)
 {
     const auto given = [&](const CLI::Option* option) { return state.given.count(option) > 0; };
@@ -229,7 +229,7 @@ std::string completions(const CLI::App& root, const std::vector<std::string>& wo
     if (state.positionals.empty() && state.given.empty())
         addCommands(lines, command, last);
     if (const CLI::Option* option = nextPositional(state)) {
-        if (placeholderOf(*option) == "COMMAND") { // of help and man: what is below the words so far
+        if (placeholderOf(*option) == "COMMAND") { // for help and man: commands below the words so far
             const CLI::App* below = &root;
             for (const std::string& word : state.positionals)
                 below = below != nullptr ? commandNamed(*below, word) : nullptr;

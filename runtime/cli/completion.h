@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Completion of a command line in bash, zsh and fish. A shell's script asks the program itself, so that what is offered
-// is what the program takes.
+// Completion of a command line in bash, zsh and fish. A shell's script asks the program itself, so that it offers
+// exactly the words that the program takes.
 #pragma once
 
 #include <string>

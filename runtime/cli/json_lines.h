@@ -28,7 +28,8 @@ private:
     std::FILE* m_file = nullptr;
 };
 
-// That such a file may be written: it is not `model` or `cameras` ("stored" = none), and what is there may go. Throws Error.
+// Checks that such a file may be written: it is not `model` or `cameras` ("stored" = none), and an old file may be
+// replaced. Throws Error.
 void checkJsonLines(const std::string& path, bool overwrite, const std::string& model, const std::string& cameras);
 
 } // namespace gsc

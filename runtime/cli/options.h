@@ -50,10 +50,10 @@ private:
     CLI::App& m_app;
 };
 
-// A command below `parent`, and what is said of it.
+// Adds a command below `parent`; `help` describes it.
 CLI::App& addCommand(CLI::App& parent, const std::string& name, const std::string& help);
 void setFooter(CLI::App& app, const std::string& text);
-void takesCommand(CLI::App& app);     // one below it, or none
+void takesCommand(CLI::App& app);     // takes at most one command below it
 bool hasCommand(const CLI::App& app); // after parsing: one below it was given
 void onParsed(CLI::App& app, std::function<void()> act);
 OptionHandle optionOf(CLI::App& app, const char* name); // declared before
@@ -122,7 +122,7 @@ OptionHandle addNumber(CLI::App& app, const std::string& names, Float& field, Ra
 template <typename Value>
 using Choices = std::vector<std::pair<std::string, Value>>;
 
-// One of a few words, in the order given; the placeholder is made of them. `note` follows it in brackets.
+// An option that takes one of a few words, in the order given; they make its placeholder. `note` follows in brackets.
 template <typename Value>
 OptionHandle addChoice(CLI::App& app, const std::string& names, Value& field, Choices<Value> choices,
                        const std::string& note, const std::string& help)

@@ -40,7 +40,7 @@ std::optional<Parsed> parseDecimal(std::string_view text)
     return any ? std::optional(parsed) : std::nullopt;
 }
 
-// -1 for what is no unit.
+// -1 if it is no unit.
 int unitPower(char unit)
 {
     const size_t at = std::string_view("kmgt").find(char(std::tolower(static_cast<unsigned char>(unit))));

@@ -15,7 +15,7 @@ namespace {
 
 constexpr uint64_t kBarCells = 20;
 constexpr double kRedrawSeconds = 0.1;
-constexpr double kPlainSeconds = 1; // a log needs no line for what is over at once
+constexpr double kPlainSeconds = 1; // no line in a log for a stage that is over at once
 
 double secondsBetween(std::chrono::steady_clock::time_point from, std::chrono::steady_clock::time_point to)
 {

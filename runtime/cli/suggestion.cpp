@@ -36,7 +36,7 @@ std::string lowerCase(std::string text)
 
 std::string nearestWord(const std::string& word, const std::vector<std::string>& known)
 {
-    constexpr size_t kLongest = 64; // nothing longer is a misspelt word
+    constexpr size_t kLongest = 64; // a longer word is no misspelling
     if (word.empty() || word.size() > kLongest)
         return "";
     const std::string lower = lowerCase(word);

@@ -17,7 +17,7 @@ namespace gsc {
 struct Invocation {
     ReporterOptions reporter;
     std::function<ErrorCode(Reporter&)> run;
-    const CLI::App* command = nullptr; // whose options an error may name
+    const CLI::App* command = nullptr; // command whose options an error may name
 };
 
 // --format, -q, -v, --no-color, and --progress for commands that take long.
@@ -29,7 +29,7 @@ void addToolCommands(CLI::App& root, Invocation& invocation);
 // Runs it and turns whatever it throws into a message and a code.
 ErrorCode runInvocation(const Invocation& invocation);
 
-// A program: its name, what it says of itself, and what declares its commands.
+// A program: its name, its texts, and the function that declares its commands.
 struct Program {
     std::string name, description, version, version_help, footer;
     void (*add_commands)(CLI::App& root, Invocation& invocation);
@@ -37,7 +37,7 @@ struct Program {
 
 // Everything main() does. Returns the exit code; never throws.
 int runProgram(const Program& program, int argc, const char* const* argv);
-// As runProgram(), with the caller's own tree of commands.
+// runProgram() with the caller's own tree of commands.
 int runTool(CLI::App& root, Invocation& invocation, int argc, const char* const* argv);
 
 // gsc.error/1 (schemas/error.schema.json).

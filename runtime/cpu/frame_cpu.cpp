@@ -123,7 +123,7 @@ void CpuFrame::decode(const EyeParams* eyes, uint32_t eye_count, const FrameOpti
     addShares(states, watch.lap(), result.times);
 }
 
-// More eyes than `args` decodes for: both draw what it decodes.
+// more eyes than `args` decodes for: both draw the same decoded Gaussians
 void CpuFrame::decodeBlock(const DecodeArgs& args, const EyeParams* eyes, uint32_t eye_count,
                            const RasterConstants& rules, const FrameOptions& options, size_t block, DecodeState& state)
 {

@@ -27,15 +27,16 @@ struct CpuFrame {
     // stores get room for behind those.
     void decode(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, FrameResult& result,
                 size_t more_blocks = 0);
-    // Lists the splats of the first `blocks` blocks of eye `e`'s store by tile, from near to far. `groups`: of the blocks,
-    // where they are groups. Splats of equal depth stay as they lie where there is no model, and those of blocks from
-    // ordered_blocks on. Returns how many splats.
+    // Lists the splats of the first `blocks` blocks of eye `e`'s store by tile, from near to far. `groups`: group of
+    // each block, if blocks are groups. Splats of equal depth keep their order without a model, and in blocks from
+    // ordered_blocks on. Returns the number of splats.
     size_t list(uint32_t e, const EyeParams& eye, size_t blocks, const uint32_t* groups, FrameResult& result,
                 size_t ordered_blocks = UINT32_MAX);
-    // Arguments to blend the listed splats of `eye` with. The caller adds what its blending needs beside them.
+    // Arguments to blend the listed splats of `eye` with. The caller adds the members that only its blending needs.
     [[nodiscard]] BlendArgs listed(const EyeParams& eye, const RasterConstants& rules) const;
 
-    [[nodiscard]] size_t blocks() const { return (visible_count + kDecodeBlock - 1) / kDecodeBlock; } // of decode()
+    // blocks that decode() works on
+    [[nodiscard]] size_t blocks() const { return (visible_count + kDecodeBlock - 1) / kDecodeBlock; }
     void checkSlots(size_t anchors) const; // splats are numbered with 32 bits
     [[nodiscard]] uint64_t bytes() const;
 

@@ -12,7 +12,7 @@ namespace gsc {
 
 namespace {
 
-// Can the picture be drawn where it is to go?
+// True if the picture can be drawn directly into its destination.
 bool isPlain(const FrameTarget& target, const EyeParams& eye)
 {
     return target.format == PixelFormat::Rgb32f && pitchOf(target, eye.width) == eye.width * size_t(12);
@@ -124,7 +124,7 @@ bool FrameThread::drawNext(std::unique_lock<std::mutex>& lock)
     const auto next = std::ranges::find(m_frames, Frame::State::Waits, &Frame::state);
     if (next == m_frames.end())
         return false;
-    Frame frame = *next; // the deque may move what it holds
+    Frame frame = *next; // the deque may move its elements
     next->state = Frame::State::IsDrawn;
     lock.unlock();
     draw(frame);

@@ -16,8 +16,8 @@ namespace gsc {
 
 class FrameThread {
 public:
-    // Draws on the thread; where the system gives none, submit() draws. `images` and `depths` have an entry per eye;
-    // images are null where nobody wants the picture.
+    // Draws on the thread; if the system gives none, submit() draws. `images` and `depths` have an entry per eye;
+    // images are null if the picture is not wanted.
     using Draw = std::function<void(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
                                     float* const* images, FrameResult& result, const DepthRows<float>* depths)>;
 
@@ -26,7 +26,7 @@ public:
     FrameThread(const FrameThread&) = delete;
     FrameThread& operator=(const FrameThread&) = delete;
 
-    // As those of Renderer; the request is checked. wait() throws what drawing threw.
+    // The functions of Renderer; the request is checked already. wait() throws the error of drawing.
     uint64_t submit(const FrameRequest& request);
     FrameState wait(uint64_t ticket, FrameResult& result, std::chrono::nanoseconds most);
 
@@ -50,13 +50,13 @@ private:
     void draw(Frame& frame);
 
     Draw m_draw;
-    Buffer<float> m_pictures[kMaxEyes]; // on their way into another format; of the thread
-    std::mutex m_mutex;                 // guards what follows
+    Buffer<float> m_pictures[kMaxEyes]; // pictures of this thread that are converted to another format
+    std::mutex m_mutex;                 // guards the members below
     std::condition_variable m_submitted, m_ended;
     std::deque<Frame> m_frames; // in flight, oldest first
     uint64_t m_last = 0;        // ticket
     bool m_stop = false;
-    std::thread m_thread; // last: it uses all of the above
+    std::thread m_thread; // declared last: it uses all members above
 };
 
 } // namespace gsc

@@ -93,7 +93,7 @@ void renderReference(const ModelView& model, const EyeOf<Real>* eyes, uint32_t e
     Real middle[3] = {};
     if (merged)
         mergedCenter(eyes, middle);
-    std::vector<Real> unwanted; // of an eye whose image nobody wants
+    std::vector<Real> unwanted; // image of an eye that is not wanted
     for (uint32_t e = 0; e < eye_count; ++e) {
         Real* image = images != nullptr ? images[e] : nullptr;
         if (image == nullptr) {

@@ -132,7 +132,7 @@ private:
         return m_image.data();
     }
 
-    // Adds what the workers counted. Has any Gaussian of the eye some opacity?
+    // Adds the workers' counts. True if a Gaussian of the eye has an opacity above zero.
     bool addCounts(uint32_t e, EyeCounts& eye) const
     {
         bool any_positive = false;
@@ -176,8 +176,8 @@ private:
     CpuReuse m_reuse;
     CpuCoarse m_coarse;
     LodLag m_lag;
-    Buffer<float> m_image; // of an eye whose image nobody wants
-    FrameThread m_thread;  // last: it uses all of the above
+    Buffer<float> m_image; // image of an eye that is not wanted
+    FrameThread m_thread;  // declared last: it uses all members above
 };
 
 class ReferenceRenderer final : public Renderer {
@@ -215,7 +215,7 @@ public:
 
 private:
     ModelView m_model{};
-    FrameThread m_thread; // last: it uses the model
+    FrameThread m_thread; // declared last: it uses the model
 };
 
 } // namespace

@@ -19,7 +19,7 @@ std::unique_ptr<Renderer> makeCpuRenderer(CpuPath path, int threads);
 void renderReference64(const ModelView& model, const EyeParams64* eyes, uint32_t eye_count, const FrameOptions& options,
                        double* const* images, FrameResult& result, const DepthRows<double>* depths = nullptr);
 
-// As renderReference64(), in float: CpuPath::Reference runs it.
+// renderReference64() in float: CpuPath::Reference runs it.
 void renderReference32(const ModelView& model, const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
                        float* const* images, FrameResult& result, const DepthRows<float>* depths = nullptr);
 

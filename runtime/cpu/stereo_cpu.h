@@ -10,8 +10,9 @@ namespace gsc {
 // scratch.blocks[0] takes all their Gaussians, before any fading between levels.
 void decodeForBothEyes(const DecodeArgs& args, size_t first, uint32_t count, DecodeScratch& scratch);
 
-// Gaussians that one eye draws of `all`, those of the `count` anchors at `visible`: of the anchors it sees, faded as it
-// sees them. Returns `all` itself where that is everything, otherwise `part`, whose arrays hold a block.
+// Selects from `all`, the Gaussians of the `count` anchors at `visible`, those that one eye draws: Gaussians of the
+// anchors it sees, faded for that eye. Returns `all` itself if it draws every one, otherwise `part`, whose arrays hold
+// a block.
 const GaussianBlock& gaussiansOfEye(const GaussianBlock& all, const VisibleAnchor* visible, uint32_t count,
                                     uint32_t eye, uint32_t n_offsets, GaussianBlock& part);
 

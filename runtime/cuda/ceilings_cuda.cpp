@@ -14,7 +14,7 @@ namespace {
 
 constexpr size_t kLargestBuffer = size_t(1) << 30; // twenty times the second-level cache of an H200
 constexpr int kLeastRuns = 5;
-constexpr double kSpanMs = 40; // of each kind of work: long enough to reach the clocks of a busy device
+constexpr double kSpanMs = 40; // length of each measurement: long enough to reach the clocks of a busy device
 
 size_t bufferBytes(uint64_t most_bytes)
 {
@@ -51,7 +51,7 @@ DeviceCeilings measureCudaCeilings(uint32_t processors, uint64_t most_bytes)
         return least / 1000;
     };
     DeviceCeilings found;
-    MemoryBudget budget; // of its own: everything is given back at the end
+    MemoryBudget budget; // a budget of its own: everything is given back at the end
     DeviceArena sink_memory(budget), source_memory(budget), target_memory(budget);
     sink_memory.reserve(sizeof(uint32_t), "a measurement");
     auto* const sink = reinterpret_cast<uint32_t*>(sink_memory.get());

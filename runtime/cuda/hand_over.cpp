@@ -81,7 +81,7 @@ private:
     };
     static void drop(const Block& block)
     {
-        (void)cudaFree(block.mapped); // of the mapping, as CUDA wants it
+        (void)cudaFree(block.mapped); // unmaps it
         (void)cudaDestroyExternalMemory(block.memory);
     }
 

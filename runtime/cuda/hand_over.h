@@ -32,7 +32,7 @@ public:
     virtual void signal(uint64_t value) = 0;
 };
 
-// With the other side's timeline semaphore as an opaque file descriptor, which is this one's from now on. Null where the
+// Takes the other side's timeline semaphore as an opaque file descriptor, which it then owns. Returns null if the
 // device is no GPU. Throws Error(Device).
 std::unique_ptr<HandOver> makeHandOver(const DeviceId& device, int semaphore_file);
 

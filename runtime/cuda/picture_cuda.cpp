@@ -81,7 +81,7 @@ public:
         : m_from_host(renderer.onHost()), m_from(m_from_host ? to : renderer.id().ordinal), m_to(to), m_device(m_from)
     {
         m_stream.emplace();
-        if (!m_from_host) { // refused where there is no link, which is no error
+        if (!m_from_host) { // refused between GPUs without a link, which is no error
             (void)cudaDeviceEnablePeerAccess(m_to, 0);
             (void)cudaGetLastError();
         }
@@ -158,9 +158,9 @@ private:
 
     bool m_from_host;
     int m_from, m_to;
-    CudaDevice m_device; // which is not reset, if it is lost, before the stream and the buffers have gone
+    CudaDevice m_device; // declared first: a lost device is reset after the stream and buffers are gone
     std::optional<CudaStream> m_stream;
-    std::map<uint32_t, std::pair<std::byte*, size_t>> m_buffers; // by slot
+    std::map<uint32_t, std::pair<std::byte*, size_t>> m_buffers; // key: slot
 };
 
 } // namespace

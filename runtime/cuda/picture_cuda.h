@@ -6,7 +6,7 @@
 
 namespace gsc {
 
-// As allocatePages(), and locked for copies where the driver allows it. Throws Error(OutOfMemory).
+// allocatePages(), locked for copies if the driver allows it. Throws Error(OutOfMemory).
 std::byte* allocatePageLocked(size_t bytes, int place);
 void freePageLocked(std::byte* block, int place);
 

@@ -25,7 +25,8 @@ FilterWeights weightsOf(const std::vector<double>& kernel)
 class CudaScorer final : public PictureScorer {
 public:
     explicit CudaScorer(int ordinal) : m_device(ordinal) {}
-    ~CudaScorer() override { (void)cudaSetDevice(m_device.ordinal()); } // for what the members give back
+    // declared first: the members below give memory back to it
+    ~CudaScorer() override { (void)cudaSetDevice(m_device.ordinal()); }
 
     PictureScores score(uint32_t eye, const PictureRef& image, const PictureRef& exact,
                         const ScoreRequest& request) override
@@ -61,8 +62,8 @@ private:
         uint32_t width = 0, height = 0;
         float *last_error = nullptr, *last_image = nullptr;
     };
-    struct Room {              // that all eyes share
-        float* copies[2] = {}; // of pictures of the host
+    struct Room {              // memory shared by all eyes
+        float* copies[2] = {}; // copies of pictures from the host
         SquareSums* squares = nullptr;
         double* square_values = nullptr;
         SquareFlip* square_flips = nullptr;
@@ -71,7 +72,7 @@ private:
         float* scratch[5] = {};
     };
 
-    // Pictures of another size follow none, so that what was kept of those before may go.
+    // Pictures of another size have no predecessor, so state of earlier pictures may go.
     void makeRoom(uint32_t eye, uint32_t width, uint32_t height, const ScoreRequest& request)
     {
         const size_t pixels = size_t(width) * height;
@@ -84,7 +85,7 @@ private:
             });
         own.width = width;
         own.height = height;
-        m_with_ssim = m_with_ssim || request.ssim; // so that room does not come and go
+        m_with_ssim = m_with_ssim || request.ssim; // keeps the memory: it does not come and go
         m_with_flip = m_with_flip || request.flip;
         m_room = layOutIn(m_memory, "scores of pictures", [&](ArenaLayout& layout) {
             Room room;

@@ -9,6 +9,6 @@ namespace gsc {
 // Takes pictures in memory of device `ordinal`, and of this process, which it copies. Throws Error(Device).
 std::unique_ptr<PictureScorer> makeCudaScorer(int ordinal);
 
-uint64_t freeCudaBytes(int ordinal); // of the device's memory, now. Throws Error(Device)
+uint64_t freeCudaBytes(int ordinal); // free device memory now. Throws Error(Device)
 
 } // namespace gsc

@@ -27,7 +27,8 @@ public:
         m_budget.used = m_device.contextBytes();
     }
 
-    ~CudaRenderer() override { (void)cudaSetDevice(m_device.ordinal()); } // for what the members give back
+    // declared first: the members below give memory back to it
+    ~CudaRenderer() override { (void)cudaSetDevice(m_device.ordinal()); }
 
     [[nodiscard]] DeviceId id() const override { return {"cuda", m_device.ordinal()}; }
     [[nodiscard]] DeviceFacts device() const override { return m_device.facts(); }
@@ -56,7 +57,8 @@ public:
         m_coarse.release();
         try {
             guarded([&] {
-                if (m_first_picture && canDecodeFast(model)) // others draw in `exact`, which needs all of it
+                // other models draw in `exact`, which needs all of the model
+                if (m_first_picture && canDecodeFast(model))
                     m_scene.loadFrame(model, m_stream);
                 else
                     m_scene.load(model, m_stream);
@@ -80,7 +82,7 @@ public:
             flight.graphs.clear();
         m_reuse.drop();
         m_coarse.release();
-        forgetLoad(); // what follows is drawn as after load(), in buffers that have grown
+        forgetLoad(); // later frames are drawn as after load(), but in buffers that have grown
     }
 
     uint64_t submit(const FrameRequest& request) override;
@@ -121,7 +123,7 @@ private:
     {
         return shape.coarse ? static_cast<const FrameReuse*>(&m_coarse) : shape.uses_reuse ? &m_reuse : nullptr;
     }
-    // of a pass's entries only some would be decoded
+    // a pass would decode only some of the entries
     static bool reuses(const FrameShape& shape, uint32_t passes) { return shape.uses_reuse && passes == 1; }
     [[nodiscard]] uint64_t frameBytes(FrameShape shape, const FrameCapacity& capacity) const;
     [[nodiscard]] uint32_t gapsOf(const FrameShape& shape, uint32_t slots, uint32_t passes) const
@@ -136,7 +138,7 @@ private:
     [[nodiscard]] uint64_t freeForFrames() const;
     [[nodiscard]] FrameRoom roomFor(const FrameShape& shape) const;
     void planCapacity(const FrameShape& shape, const FrameRoom& room);
-    void forgetLoad() // of earlier frames
+    void forgetLoad() // forgets earlier frames
     {
         m_free = freeForFrames();
         m_history.forget();
@@ -166,9 +168,9 @@ private:
     CudaCoarse m_coarse;
     DeviceArena m_arena{m_budget};
     LodLag m_lag;
-    FrameNow m_now{}; // of the frame submitted last
+    FrameNow m_now{}; // state of the frame submitted last
     uint64_t m_last = 0;
-    struct Begun { // what m_now was made for
+    struct Begun { // settings that m_now was made for
         uint64_t ticket = 0;
         uint32_t eye_count = 0;
         ReusePolicy policy = ReusePolicy::None;
@@ -181,7 +183,7 @@ private:
     FrameBuffers m_buffers{};
     FrameCapacity m_capacity;
     FrameHistory m_history;
-    struct Plan { // what the capacity was last planned for
+    struct Plan { // settings that the capacity was last planned for
         bool exact, uses_reuse, coarse;
         uint32_t eye_count, lists, bins;
         uint64_t bytes;
@@ -201,7 +203,7 @@ uint64_t CudaRenderer::frameBytes(FrameShape shape, const FrameCapacity& capacit
     return counted.bytes();
 }
 
-// Bytes that the model and what is kept left of the device's memory, but for some that others may want.
+// Bytes of device memory that model and kept Gaussians leave free, less a reserve for other users.
 uint64_t CudaRenderer::freeForFrames() const
 {
     size_t left = 0, total = 0;
@@ -235,7 +237,7 @@ FrameRoom CudaRenderer::roomFor(const FrameShape& shape) const
     return room;
 }
 
-// Once for every kind of frame and what memory is left for it.
+// Plans once for every kind of frame and amount of free memory.
 void CudaRenderer::planCapacity(const FrameShape& shape, const FrameRoom& room)
 {
     const Plan plan{shape.exact,   shape.uses_reuse, shape.coarse, shape.eye_count,
@@ -246,7 +248,7 @@ void CudaRenderer::planCapacity(const FrameShape& shape, const FrameRoom& room)
     m_capacity = plannedCapacity(room, m_capacity);
 }
 
-// The first frame has time for what is near; later ones take what has been read and stay frames.
+// The first frame waits for near anchors; later ones take the anchors read so far, so that they stay fast.
 void CudaRenderer::bringAnchors(const EyeParams& eye, bool all)
 {
     using namespace std::chrono_literals;
@@ -259,7 +261,7 @@ void CudaRenderer::bringAnchors(const EyeParams& eye, bool all)
     while (m_scene.runsThere() == 0 && !m_scene.whole());
 }
 
-// Memory of entries comes before that of frames, which take what it leaves.
+// Memory of entries is taken before that of frames, which get the rest.
 const FrameNow& CudaRenderer::beginNow(const FrameShape& shape, const FrameNow& plain, const FrameRequest& request,
                                        uint32_t flight)
 {
@@ -292,7 +294,8 @@ const FrameNow& CudaRenderer::beginNow(const FrameShape& shape, const FrameNow& 
     return m_reuse.begin(m_now, shape.eye_count, options, flight, m_stream);
 }
 
-// Copies take a share of what the largest pictures leave, so that it does not matter which frames have them by now.
+// Copies take a share of the memory that the largest pictures leave, so that it does not matter which frames have had
+// pictures so far.
 const FrameNow& CudaRenderer::beginCoarse(const FrameShape& shape, const FrameRequest& request)
 {
     if (m_coarse.needsMemory()) {
@@ -352,13 +355,14 @@ uint64_t CudaRenderer::begin(const FrameRequest& request)
         plain.bands[e] = eyeBand(plain.eyes[e], options.columns);
     }
     shape.depths = std::ranges::any_of(request.targets, &FrameTarget::hasDepth);
-    if (!m_scene.whole() && (request.repeats == 0 || request.repeats != m_last)) // which draws what it drew
+    // a repeated frame draws the anchors that it drew
+    if (!m_scene.whole() && (request.repeats == 0 || request.repeats != m_last))
         bringAnchors(plain.eyes[0], shape.exact);
     plain.run_count = m_scene.runsThere();
     flight.anchors_absent = m_scene.anchorsAbsent();
     if (shape.exact && !m_scene.exactLoaded()) {
         m_coarse.release();
-        giveFramesBack(); // what frames in `fast` took may be what the model in fp32 needs
+        giveFramesBack(); // the fp32 model may need the memory of frames in `fast`
         m_scene.loadExact(m_stream);
         m_free = freeForFrames();
     }
@@ -372,7 +376,7 @@ uint64_t CudaRenderer::begin(const FrameRequest& request)
         m_scene.useAppearance(options.appearance, m_stream);
     if (const uint64_t bytes = flight.setTargets(request); bytes > m_pictures) {
         m_pictures = bytes;
-        giveFramesBack(); // they take what pictures leave
+        giveFramesBack(); // copies take a share of the memory that pictures leave
     }
     flight.placePictures();
     const FrameNow& now = beginNow(shape, plain, request, index);

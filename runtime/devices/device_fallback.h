@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CPU takes over what a machine's better device cannot do, where the caller leaves the choice.
+// Fallback to the CPU for models that a machine's better device cannot draw, if the caller leaves the choice.
 #pragma once
 
 #include <gsc/device.h>

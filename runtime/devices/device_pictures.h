@@ -12,7 +12,7 @@ std::shared_ptr<PictureMemory> hostPictures(bool page_locked);
 // Memory of that device; the host's for one that is the host.
 std::shared_ptr<PictureMemory> devicePictures(const DeviceId& device);
 
-// For a renderer that `memory` does not take from. Throws Error(Device).
+// Makes the bridge for a renderer that cannot draw into `memory`. Throws Error(Device).
 std::unique_ptr<PictureBridge> bridgeTo(const PictureMemory& memory, const Renderer& renderer);
 
 } // namespace gsc

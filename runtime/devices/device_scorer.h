@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scorer for what a renderer draws.
+// Makes the scorer for a renderer's pictures.
 #pragma once
 
 #include "runtime/metrics/picture_scorer.h"
@@ -7,7 +7,8 @@
 
 namespace gsc {
 
-// One that takes pictures of the renderer's device; null where that is the host, or has none. Throws Error(Device).
+// Makes a scorer that takes pictures on the renderer's device; null if that is the host or cannot score. Throws
+// Error(Device).
 std::unique_ptr<PictureScorer> makeDeviceScorer(const Renderer& renderer);
 
 // Bytes of a device's memory that are free now; 0 where it is the host.

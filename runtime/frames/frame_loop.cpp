@@ -43,7 +43,7 @@ public:
                 FrameResult ignored;
                 if (flying->submitted)
                     (void)m_renderer.wait(flying->ticket, ignored);
-            } catch (...) { // what has failed already
+            } catch (...) { // the caller already has the first error
             }
     }
     Flights(const Flights&) = delete;

@@ -20,7 +20,7 @@ struct LoopFrame {
     FrameOptions options;
     FrameTarget targets[kMaxEyes];       // set by prepare()
     bool delivers = false;               // `targets` take the pictures; else they stay on the device
-    std::vector<float> images[kMaxEyes]; // of drawToHost(); their memory serves one frame after the other
+    std::vector<float> images[kMaxEyes]; // pictures of drawToHost(), in memory that every frame uses again
 
     void drawToHost(); // three floats a pixel, into `images`
 };
@@ -31,9 +31,8 @@ public:
     using Prepare = std::function<void(size_t frame, LoopFrame& drawn)>;
     using Done = std::function<void(size_t frame, LoopFrame& drawn, const TimedFrame& timed)>;
 
-    // The appearance of `options` is each shot's. `guard`, if not null, says what each frame gives up and takes its
-    // time.
-    // All must outlive this.
+    // The appearance of `options` is replaced by each shot's. `guard`, if not null, chooses each frame's reductions and
+    // is told its time. All must outlive this.
     FrameLoop(const Scene& scene, const std::vector<Shot>& shots, uint32_t eye_count, const FrameOptions& options,
               Renderer& renderer, FrameGuard* guard = nullptr);
 

@@ -14,8 +14,8 @@ struct Shot {
     Camera camera;                   // the only eye, or the middle between two that are `ipd` apart
     uint64_t index = 0;              // in the camera file
     int appearance = -1;             // the trainer's embedding row; -1 if the model has none
-    double ipd = 0;                  // of two eyes, world units; 0 = one eye, or views say where they are
-    std::optional<Camera> right_eye; // of a trajectory with views; `camera` is then the left one
+    double ipd = 0;                  // distance between two eyes, world units; 0 = one eye, or views say where they are
+    std::optional<Camera> right_eye; // right eye of a trajectory with views; `camera` is then the left one
     double origin[3] = {};           // ModelView::origin of the scene that is rendered
 };
 

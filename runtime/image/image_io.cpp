@@ -35,7 +35,7 @@ constexpr std::string_view kExtensions[] = {".pfm"};
 #endif
 
 #ifdef GSC_WITH_OIIO
-// Where threads are short its pools start none: they take it for granted that they can.
+// If threads are short, keeps OpenImageIO's pools from starting any: they assume that a thread can always be started.
 const OiioImageFunctions& loadOiio()
 {
     const bool are_short = threadsAreShort(0);

@@ -15,7 +15,7 @@ struct Image {
     std::vector<float> pixels; // height x width x 3, interleaved RGB, row 0 on top
 };
 
-enum class PixelDepth { Eight, Sixteen }; // of PNG
+enum class PixelDepth { Eight, Sixteen }; // bits per channel of a PNG
 
 // A value as files and streams of whole numbers hold it: torchvision's rule in its own precision, trunc(clamp(max x + 0.5,
 // 0, max)); NaN becomes 0.
@@ -36,10 +36,10 @@ Image readImage(const std::string& path);
 
 // Extensions writeImage() takes in this build, such as ".pfm, .png, .exr".
 std::string imageExtensions();
-// Loads what writeImage() needs for `path`, so that a module that is missing is told before the first frame. Throws
+// Loads the module that writeImage() needs for `path`, so that a missing one is an error before the first frame. Throws
 // Error(Unsupported).
 void loadImageWriter(const std::string& path);
-// Whether writeImage() takes the extension of `path`.
+// True if writeImage() takes the extension of `path`.
 bool isImageExtension(const std::string& path);
 
 } // namespace gsc

@@ -99,7 +99,7 @@ Image readOiioImage(const std::string& path)
     return readAs<float>(*input, path, OIIO::TypeDesc::FLOAT, 1);
 }
 
-// OpenEXR's; OpenImageIO's own pool is told by the environment, since to ask it would start it.
+// the pool of OpenEXR; OpenImageIO's own is set by the environment, since a call would start it
 void startNoOiioThreads()
 {
     OIIO::attribute("exr_threads", -1);

@@ -84,7 +84,7 @@ double unitDistanceRow(const float* a, const float* b, size_t pixel_pitch, uint3
 {
     const D d;
     const size_t lanes = hn::Lanes(d);
-    constexpr float kTiny = 1e-10f; // as the metric has it: a pixel without any feature is not divided by zero
+    constexpr float kTiny = 1e-10f; // the metric's constant: avoids division by zero for a pixel without any feature
     double total = 0;
     for (uint32_t x = 0; x < width; ++x, a += pixel_pitch, b += pixel_pitch) {
         V squares_a = hn::Zero(d), squares_b = hn::Zero(d), sum = hn::Zero(d);

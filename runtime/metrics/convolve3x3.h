@@ -22,7 +22,7 @@ struct ConvolveArgs {
     float* out;                // the first pixel
     size_t out_pixel, out_row; // floats
     uint32_t out_channels;     // a multiple of kConvolveBlock
-    uint32_t rows, tiles;      // of kConvolveTile pixels
+    uint32_t rows, tiles;      // rows; tiles of kConvolveTile pixels in each
 };
 
 // [out][in][3][3] as convolve3x3() reads it.

@@ -44,7 +44,7 @@ std::vector<double> ssimWindow()
 
 std::vector<SensitivityTerm> sensitivityTerms(uint32_t channel, double pixels_per_degree)
 {
-    constexpr double kWidestB = 0.04; // one radius for all three channels
+    constexpr double kWidestB = 0.04; // all three channels have one radius
     const int radius = int(std::ceil(3 * std::sqrt(kWidestB / (2 * kPi * kPi)) * pixels_per_degree));
     const Sensitivity& sensitivity = kSensitivity[channel];
     std::vector<SensitivityTerm> terms;

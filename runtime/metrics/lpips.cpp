@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strips of rows pass a whole stage at once, of both pictures, so that what is compared is never held as a whole: at
-// 1920x1080 the first stage alone has 531 MB for one picture. A strip computes again the few rows around it that its
-// neighbours compute too.
+// Strips of rows of both pictures pass a whole stage at once, so that no stage is held as a whole: at 1920x1080 the
+// first stage alone has 531 MB for one picture. A strip computes again the few rows around it that its neighbours
+// compute too.
 #include "runtime/metrics/lpips.h"
 
 #include "kernels/threads/parallel.h"
@@ -24,7 +24,7 @@ constexpr size_t kPixelRoom = 16;
 constexpr uint32_t kMostStripRows = 16;
 constexpr uint32_t kFewestStripRows = 4;
 
-// A whole picture, or what a stage made of it: rows of pixels without border.
+// A whole picture, or the output of a stage: rows of pixels without border.
 struct FeatureMap {
     uint32_t width = 0, height = 0, channels = 0;
     std::vector<float> values;
@@ -119,7 +119,7 @@ bool allFinite(const ImageView& image)
 }
 
 struct Scratch {
-    RowBuffer buffer[2][2]; // of each picture, what is read and what is written
+    RowBuffer buffer[2][2]; // for each picture, the buffer that is read and the one that is written
 };
 
 } // namespace
@@ -166,7 +166,7 @@ struct Lpips::Impl {
         return buffer[source];
     }
 
-    // Sum over the pixels of the stage; `map` becomes what the next stage reads.
+    // Sum over the pixels of the stage; `map` becomes the input of the next stage.
     double runStage(uint32_t stage, FeatureMap (&map)[2], std::vector<Scratch>& scratch,
                     const LpipsObserver& observer) const
     {

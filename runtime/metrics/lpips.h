@@ -21,7 +21,7 @@ constexpr uint32_t kLpipsSmallest = 16; // pixels of a side, of which four pooli
 // The convolutions of VGG16, all 3x3 with a border of zeros; each but the first stage starts with a 2x2 maximum.
 struct LpipsConvolution {
     uint32_t stage;
-    uint32_t feature; // its number in torchvision's `features`
+    uint32_t feature; // number in torchvision's `features`
     uint32_t in, out; // channels
 };
 constexpr std::array<LpipsConvolution, kLpipsConvolutions> kLpipsNet = {{{0, 0, 3, 64},
@@ -37,7 +37,8 @@ constexpr std::array<LpipsConvolution, kLpipsConvolutions> kLpipsNet = {{{0, 0, 
                                                                          {4, 24, 512, 512},
                                                                          {4, 26, 512, 512},
                                                                          {4, 28, 512, 512}}};
-constexpr std::array<uint32_t, kLpipsStages> kLpipsChannels = {64, 128, 256, 512, 512}; // that a stage ends with
+// channels at the end of each stage
+constexpr std::array<uint32_t, kLpipsStages> kLpipsChannels = {64, 128, 256, 512, 512};
 
 struct LpipsWeights {
     std::array<std::vector<float>, kLpipsConvolutions> weight; // [out][in][3][3]
@@ -50,7 +51,7 @@ struct LpipsDistance {
     std::array<double, kLpipsStages> stage{}; // means over pixels
 };
 
-// Rows of what is compared, before it is scaled to unit length: row-major pixels, channels together.
+// Rows of features before they are scaled to unit length: row-major pixels, channels together.
 struct LpipsFeatures {
     uint32_t stage, image; // image 0 or 1
     uint32_t first_row, rows, width, channels;

@@ -75,7 +75,7 @@ private:
     }
 
     Eye m_eyes[kMaxEyes];
-    std::vector<SquareSums> m_squares; // of the picture at hand, as the map
+    std::vector<SquareSums> m_squares; // squares of the picture at hand, as the map
     std::vector<float> m_flip_map;
 };
 

@@ -22,7 +22,7 @@ struct PictureRef {
 // Sums over the pixels on one side of a fovea's edge.
 struct FoveaSums {
     uint64_t pixels = 0;
-    double squares = 0;         // of the errors of all channels; infinite where one is no number
+    double squares = 0;         // sum of squared errors of all channels; infinite where one is no number
     std::optional<double> flip; // sum over the pixels; none where it was not asked for
 };
 
@@ -36,7 +36,7 @@ struct PictureScores {
     std::optional<double> change, motion;
     // By how much the change of a square of 16 x 16 pixels in this eye's picture before this was above those before and after
     // it, the largest of the picture; none with fewer than four in a row.
-    std::optional<double> pop, error_pop; // of the picture, of image - exact
+    std::optional<double> pop, error_pop; // pop of the picture; pop of image - exact
     std::optional<double> ssim, flip;     // none where not asked for
     FoveaSums fovea[2];                   // inside, outside; of a gaze
 };

@@ -14,8 +14,8 @@
 
 namespace gsc {
 
-// Farther from the origin than so many times the model's own reach, a model is read relative to its middle. Nearer it is
-// read as the trainer reads it, bit for bit.
+// A model farther from the origin than this many times its own reach is read relative to its middle; a nearer one as
+// the trainer reads it, bit for bit.
 constexpr double kFarReaches = 32;
 
 // The middle of a far model: per axis the median of its anchors by group, whatever a few strays do to its bounds. A
@@ -25,7 +25,7 @@ constexpr double kFarReaches = 32;
 
 // A view of `model` with positions and bounds relative to `origin`. It holds the records and 12 bytes per anchor itself
 // and points to `model`'s for the rest, so that must outlive it. Positions are rounded to fp32 once; bounds are widened
-// by what the trainer's own rounding may have moved a position at its old place.
+// by the trainer's own rounding of a position at its old place.
 class LocalModel {
 public:
     LocalModel(const ModelView& model, const std::array<double, 3>& origin);

@@ -9,8 +9,8 @@
 
 namespace gsc {
 
-// As ModelView::sensitivity holds them: two halves per anchor in file order, computed as the converter does, for the
-// first row of the appearance embedding.
+// Computes ModelView::sensitivity: two halves per anchor in file order, computed as the converter does, for the first
+// row of the appearance embedding.
 std::vector<uint16_t> modelSensitivity(const ModelView& model, const Workers& workers);
 
 } // namespace gsc

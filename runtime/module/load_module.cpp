@@ -28,7 +28,7 @@ std::vector<fs::path> programFolders()
     const auto add = [&](const char* name) {
         // a name without a folder was found in PATH: here it would be a file of the current folder
         if (name != nullptr && std::strchr(name, '/') != nullptr)
-            programs.push_back(fs::canonical(name, none)); // empty where there is no such file
+            programs.push_back(fs::canonical(name, none)); // empty if there is no such file
     };
     add(reinterpret_cast<const char*>(::getauxval(AT_EXECFN)));
     Dl_info info{};

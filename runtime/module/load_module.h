@@ -10,12 +10,12 @@ namespace gsc {
 
 // Symbol `gsc_module` that a module exports.
 struct ModuleEntry {
-    const char* version; // of the program it belongs to
+    const char* version; // version of the program it belongs to
     const void* functions;
 };
 
-// Raised with every change of what passes between a program and its modules; with the compiler it tells builds apart that
-// have the same version.
+// Raised with every change of the data that passes between a program and its modules; with the compiler it tells builds
+// of one version apart.
 #define GSC_MODULE_VERSION GSC_VERSION ", interface 5, compiler " __VERSION__
 
 // In one source of the module; `functions` is a struct of function pointers that both sides know.

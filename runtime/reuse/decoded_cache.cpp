@@ -66,7 +66,7 @@ void DecodedCache::shrink(uint64_t limit)
     }
 }
 
-// A slab holds what is packed of its slots and then their last keys, which drawing does not read.
+// A slab holds the packed strips of its slots, then their last keys, which drawing does not read.
 std::byte* DecodedCache::packed(uint32_t slot) const
 {
     return m_slabs[slot / m_slab_slots].data.get() + slot % m_slab_slots * m_packed_bytes;
@@ -130,7 +130,8 @@ size_t DecodedCache::makeRoom(size_t wanted, uint64_t limit, uint64_t frame)
         return m_entries[a].used != m_entries[b].used ? m_entries[a].used < m_entries[b].used : a < b;
     };
     std::nth_element(old.begin(), old.begin() + ptrdiff_t(victims), old.end(), older);
-    std::sort(old.begin(), old.begin() + ptrdiff_t(victims)); // so that the slots handed out next do not depend on it
+    // slots handed out next then do not depend on the selection's order
+    std::sort(old.begin(), old.begin() + ptrdiff_t(victims));
     for (size_t i = 0; i < victims; ++i)
         release(old[i]);
     m_evictions += victims;

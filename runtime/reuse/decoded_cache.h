@@ -11,13 +11,13 @@ namespace gsc {
 
 constexpr uint32_t kNoSlot = ~0u;
 
-// A strip as one or two camera centres saw it.
+// A strip decoded at one or two camera centres (keys).
 struct CacheEntry {
     StripKeys keys;
     uint32_t strip = 0, eye = 0;
     uint64_t decoded = 0, used = 0; // frames; decoded: the last key
-    PackedExtent extent = {};       // of the packed strip
-    float cover = 0; // most of the picture that one of its Gaussians took when last drawn, see broadShare()
+    PackedExtent extent = {};       // extent of the packed strip
+    float cover = 0; // largest share of the picture that one of its Gaussians covered when last drawn, see broadShare()
     bool valid = false;
 };
 
@@ -26,9 +26,9 @@ struct CacheEntry {
 class DecodedCache {
 public:
     void load(const ModelParams& params); // forgets everything and fits the slots to the model
-    void clear();                         // gives its memory back
-    // Gives up entries until what is left takes at most `limit` bytes (0 = none), and those that a lower limit put into
-    // a slab of fewer slots. Before any entry is looked up.
+    void clear();                         // forgets everything and gives the memory back
+    // Gives up entries until the rest takes at most `limit` bytes (0 = no limit); also those in a slab that a lower limit
+    // has cut short. Called before any entry of a frame is looked up.
     void shrink(uint64_t limit);
 
     // Slot of strip `strip` decoded for `eye`, or kNoSlot.
@@ -36,7 +36,7 @@ public:
     [[nodiscard]] CacheEntry& entry(uint32_t slot) { return m_entries[slot]; }
     [[nodiscard]] const CacheEntry& entry(uint32_t slot) const { return m_entries[slot]; }
 
-    // Packed strip of a slot, which is drawn (packed_strip.h); its last key, whole (strip.h), where a refresh starts.
+    // Packed strip of a slot, for drawing (packed_strip.h); its last key unpacked (strip.h), which a refresh starts from.
     [[nodiscard]] std::byte* packed(uint32_t slot) const;
     [[nodiscard]] uint16_t* lastKey(uint32_t slot) const;
 
@@ -58,7 +58,7 @@ private:
     void release(uint32_t slot);
 
     size_t m_packed_bytes = 0, m_slot_bytes = 0;
-    uint32_t m_slab_slots = 1;                 // of every slab but the last, which a limit may cut short
+    uint32_t m_slab_slots = 1;                 // slots of every slab but the last, which a limit may cut short
     std::vector<uint32_t> m_slot_of[kMaxEyes]; // per strip
     std::vector<CacheEntry> m_entries;         // per slot
     std::vector<uint32_t> m_free;

@@ -76,7 +76,7 @@ void CpuReuse::listGroups(const ReuseFrame& frame)
     }
 }
 
-// A frame that keeps nothing: what is kept grows older by it, and nobody knows how the cameras got here.
+// A frame that keeps nothing: entries grow older by it, and the cameras' motion is unknown afterwards.
 void CpuReuse::skipFrame()
 {
     ++m_frame;
@@ -87,7 +87,7 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
 {
     Stopwatch watch;
     const ReuseOptions& reuse = frame.options.reuse;
-    // what was decoded for another row, or scheduled by another rule, is not what this frame would keep
+    // entries decoded for another appearance, or scheduled by another rule, are of no use for this frame
     const bool merged = decodesMerged(frame.options, frame.eye_count);
     if (frame.options.appearance != m_appearance || reuse.policy != m_policy || merged != m_merged)
         clear();
@@ -137,7 +137,8 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
     result.cache_evictions = m_cache.evictions() - evictions;
 }
 
-// Entries for what is decoded. Where the budget of the cache leaves none, the Gaussians are drawn and forgotten.
+// Takes cache slots for strips that are decoded. If the cache's budget leaves none, their Gaussians are drawn and not
+// kept.
 void CpuReuse::giveSlots(const ReuseFrame& frame, uint64_t limit)
 {
     size_t wanted = 0;
@@ -158,7 +159,7 @@ void CpuReuse::giveSlots(const ReuseFrame& frame, uint64_t limit)
         }
 }
 
-// Decodes what was granted of a strip, into its entries or, without one, into the worker's memory.
+// Decodes the granted eyes of a strip, into its entries or, without one, into the worker's memory.
 void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size_t block, uint32_t strip,
                            const StripWork& work, DecodeState& state)
 {
@@ -176,7 +177,7 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
         keys[eye_count] = state.strip_keys.data() + eye_count * stripKeyValues(offsets);
         std::copy_n(eye.plan.center[1], 3, centers[eye_count].center);
         eyes[eye_count++] = e;
-        // of both eyes' entries the first is the owner, which need not see the strip
+        // the first eye owns the entries of both; it need not see the strip
         state.decoded[m_merged && eye.lanes == 0 ? 1 : e] += count;
     }
     VisibleAnchor anchors[kStripAnchors];
@@ -208,7 +209,7 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
     }
 }
 
-// Appends what eye `e` sees of a strip to the worker's block.
+// Appends the Gaussians of a strip that eye `e` sees to the worker's block.
 void CpuReuse::drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, const StripWork& work,
                          const float* fraction, DecodeState& state) const
 {
@@ -304,7 +305,7 @@ void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t
     state.project_ms += watch.lap();
 }
 
-// False colours. After decoding: what was decoded in this frame is of this frame.
+// False colours. After decoding: strips decoded in this frame have age 0.
 void CpuReuse::paintBlock(const ReuseFrame& frame, size_t block, uint32_t e, Splat* splats, const uint16_t* origins,
                           uint32_t count) const
 {
@@ -320,7 +321,8 @@ void CpuReuse::paintBlock(const ReuseFrame& frame, size_t block, uint32_t e, Spl
         }
         const StripWork& work = m_work[block * kStripsPerGroup + s];
         const uint32_t slot = work.eye[e].lanes != 0 ? drawnSlot(work, e) : kNoSlot;
-        const uint64_t frames = slot != kNoSlot ? m_frame - m_cache.entry(slot).decoded : 0; // what has none is new
+        // a strip without an entry is new
+        const uint64_t frames = slot != kNoSlot ? m_frame - m_cache.entry(slot).decoded : 0;
         colours[s] = ageColour(uint32_t(std::min<uint64_t>(frames, UINT32_MAX)));
     }
     paintSplats(splats, origins, count, m_model.params->n_offsets,

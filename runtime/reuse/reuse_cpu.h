@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decode and project of a frame that may draw what earlier frames decoded (design sections 4 and 5), on a CPU.
+// Decode and project of a frame that may draw Gaussians decoded for earlier frames (design sections 4 and 5), on a CPU.
 #pragma once
 
 #include "kernels/threads/parallel.h"
@@ -13,7 +13,7 @@
 
 namespace gsc {
 
-// A frame on its way through the stages.
+// Inputs of a frame, and the state that its stages share.
 struct ReuseFrame {
     const EyeParams* eyes;
     uint32_t eye_count;
@@ -38,29 +38,30 @@ public:
 
     // Schedules, decodes and projects; fills the stores, the counts of the states and the cache fields of `result`.
     void run(const ReuseFrame& frame, FrameResult& result);
-    void skipFrame(); // a frame was drawn without it
+    void skipFrame(); // called for a frame that is drawn without reuse
 
-    [[nodiscard]] const std::vector<uint32_t>& groups() const { return m_groups; } // of the last frame, one per block
+    // groups of the last frame, one per block
+    [[nodiscard]] const std::vector<uint32_t>& groups() const { return m_groups; }
     [[nodiscard]] uint64_t bytes() const;
 
 private:
     struct LazyStrip;
     // Plan of one eye for one strip.
     struct EyeWork {
-        uint32_t slot = kNoSlot;          // the best entry there is; of what is decoded, that which takes it
-        KeptChange drawn = {0, INFINITY}; // of drawing it, or a bound of it
+        uint32_t slot = kNoSlot;          // best entry to draw; if the strip is decoded, the cache slot it is stored in
+        KeptChange drawn = {0, INFINITY}; // predicted change of drawing it, or a bound of it
         Outlook outlook = {0, INFINITY};
-        StripKeys plan;           // if it is decoded; the last key is the new one
-        PackedExtent extent = {}; // of the entry that it draws or replaces, as the last frame left it
+        StripKeys plan;           // keys after a decode; the last one is new
+        PackedExtent extent = {}; // extent of the entry that it draws or replaces, as the last frame left it
         uint16_t lanes = 0;       // anchors of the strip it sees
         bool due = false;         // the policy wants it decoded
-        bool shares = false;      // the other eye's decode of this frame will do
-        bool decode = false;      // granted
+        bool shares = false;      // may draw the other eye's decode of this frame
+        bool decode = false;      // the budget grants the decode
     };
     struct StripWork {
         EyeWork eye[kMaxEyes];
     };
-    // Does eye `e` draw the strip as the left eye has decoded it in this frame?
+    // True if eye `e` draws the strip as the left eye decoded it in this frame.
     [[nodiscard]] static bool drawsShared(const StripWork& work, uint32_t e)
     {
         return work.eye[e].shares && work.eye[0].decode;
@@ -69,11 +70,11 @@ private:
     {
         return work.eye[drawsShared(work, e) ? 0 : e].slot;
     }
-    struct Seen { // of a group, by one eye
+    struct Seen { // a group, seen by one eye
         uint64_t lanes[kGroupSize / 64] = {};
         uint64_t frame = 0;
     };
-    struct Candidate { // for the budget, in its order
+    struct Candidate { // strip that is due, in the order in which the budget is spent
         uint32_t bucket, split, work;
 
         auto operator<=>(const Candidate&) const = default;
@@ -122,14 +123,14 @@ private:
     std::vector<StripWork> m_work;      // kStripsPerGroup per block
     std::vector<Candidate> m_budgeted;
     std::vector<Seen> m_seen[kMaxEyes];
-    std::vector<uint16_t> m_sensitivity; // where the file has none
+    std::vector<uint16_t> m_sensitivity; // used if the file has none
     int32_t m_appearance = -1;
     ReusePolicy m_policy = ReusePolicy::None;
-    bool m_merged = false; // entries are both eyes', the first owns them
+    bool m_merged = false; // both eyes share entries, which the first owns
     uint64_t m_frame = 0;
-    uint32_t m_depth = 0; // of ReusePolicy::Depth, this frame
+    uint32_t m_depth = 0; // most frames of ReusePolicy::Depth, this frame
     CameraMotion m_motion;
-    ReuseRule m_rule;             // of this frame
+    ReuseRule m_rule;             // rule of this frame
     float m_level[kMaxEyes] = {}; // error at which the budget of the last frame refreshed entries, 0 = it met the bound
 };
 

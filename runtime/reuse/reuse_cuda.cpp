@@ -9,7 +9,7 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kShareOfMemory = 4; // entries take at most one in so many bytes that are free
+constexpr uint64_t kShareOfMemory = 4; // entries take at most 1 / kShareOfMemory of the free bytes
 
 uint32_t stripsOf(const ModelView& model)
 {
@@ -91,13 +91,13 @@ const ReuseNow& CudaReuse::begin(const FrameNow& frame, uint32_t eye_count, cons
     const ReuseOptions& reuse = options.reuse;
     ReuseNow& now = m_now;
     setNow(now, frame);
-    // what was decoded for another row, or from another place, is not what this frame would keep
+    // entries decoded for another appearance, or from another viewpoint, are of no use for this frame
     const bool merged = decodesMerged(options, eye_count);
     m_again[flight] = false;
     if (m_forget || options.appearance != m_appearance || merged != (now.merged != 0)) {
         static_assert(kNoEntry == ~0u);
         GSC_CUDA_CHECK(cudaMemsetAsync(m_tables.entries, 0xff, m_tables.slots * sizeof(KeptEntry), stream.handle));
-        for (SeenStrip* const seen : m_tables.seen) // in no frame
+        for (SeenStrip* const seen : m_tables.seen) // seen in no frame
             GSC_CUDA_CHECK(cudaMemsetAsync(seen, 0xff, m_tables.strips * sizeof(SeenStrip), stream.handle));
         now.frame = 0;
         m_forget = false;

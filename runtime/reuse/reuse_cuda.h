@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decoded Gaussians that the CUDA backend keeps from frame to frame (design sections 4 and 5): their memory and what
-// the kernels must know of a frame. The kernels decide everything else (kernels/reuse/reuse_cuda.h).
+// Decoded Gaussians of the CUDA backend, kept from frame to frame (design sections 4 and 5): their memory, and the arguments
+// of a frame. The kernels decide everything else (kernels/reuse/reuse_cuda.h).
 //
-// Differences from the CPU's: only ReusePolicy::Depth; frames of more than one pass, which only scarce memory brings
-// about, decode everything and keep nothing; a new limit of memory forgets what is kept.
+// Differences from the CPU: only ReusePolicy::Depth; frames of more than one pass, which occur only if memory is scarce,
+// decode everything and keep nothing; a new limit of memory drops all entries.
 #pragma once
 
 #include "kernels/reuse/reuse_stages_cuda.h"
@@ -16,19 +16,19 @@ class CudaReuse final : public FrameReuse {
 public:
     explicit CudaReuse(MemoryBudget& budget) : m_cache(budget) {}
 
-    // Forgets everything and gives the memory back. Whoever has graphs drops them.
+    // Drops all entries and gives the memory back. Captured graphs are then invalid.
     void drop();
-    // Must prepare() move memory for such a frame? Then graphs and the memory of frames are to be given back before.
+    // True if prepare() will take other memory for such a frame: give back graphs and the memory of frames before.
     [[nodiscard]] bool needsMemory(const ReuseOptions& reuse, uint32_t eye_count) const;
-    // Room for a frame's entries, as many as the options and a quarter of what is free allow. Throws Error (OutOfMemory,
+    // Takes memory for entries, as much as the options and a quarter of the free memory allow. Throws Error (OutOfMemory,
     // Device).
     void prepare(const DeviceScene& scene, const ReuseOptions& reuse, uint32_t eye_count);
 
-    // Begins a frame. After prepare(). Returns what its graph is launched with, as long as this lives.
+    // Begins a frame, after prepare(). Returns the arguments to launch its graph with, which live as long as this.
     const ReuseNow& begin(const FrameNow& now, uint32_t eye_count, const FrameOptions& options, uint32_t flight,
                           const CudaStream& stream);
-    const ReuseNow& beginAgain(uint32_t flight); // the frame begun last overflowed
-    void skipFrame();                            // a frame is drawn without it
+    const ReuseNow& beginAgain(uint32_t flight); // the last frame overflowed and is drawn again
+    void skipFrame();                            // called for a frame that is drawn without reuse
 
     void prepareFrame(FrameCapture& capture, const FrameJob& job) const override;
     void listAnchors(FrameCapture& capture, const FrameJob& job) const override;
@@ -47,10 +47,10 @@ private:
     ReuseNow m_now{};
     bool m_again[kFramesInFlight] = {};
     Pinned<ReuseCounters> m_pinned[kFramesInFlight];
-    ReuseCounters m_report{}; // of the first time the last frame was drawn
-    uint64_t m_limit = 0;     // bytes of entries that m_cache was made for, as the options say
-    uint32_t m_eyes = 0;      // the same
-    bool m_forget = true;     // before the next frame
+    ReuseCounters m_report{}; // counters of the first try of the last frame
+    uint64_t m_limit = 0;     // limit of the options that m_cache was made for, bytes
+    uint32_t m_eyes = 0;      // eyes that m_cache was made for
+    bool m_forget = true;     // drop all entries before the next frame
     int32_t m_appearance = -1;
 };
 

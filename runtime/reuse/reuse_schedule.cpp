@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The half of CpuReuse that decides, by policy.h: what is drawn again, what is decoded, and in which order within the
-// budget.
+// Scheduling of CpuReuse, by the rules of policy.h: which strips are drawn from entries, which are decoded, and in
+// which order within the budget.
 #include "runtime/reuse/reuse_cpu.h"
 
 #include "runtime/backend/frame_checks.h"
@@ -25,7 +25,7 @@ struct CpuReuse::LazyStrip {
     const ModelView& model;
     const uint16_t* sensitivity;
     const GroupRecord& group;
-    uint32_t strip; // of the group
+    uint32_t strip; // strip of the group
     uint32_t id;
     bool loaded;
     StripAnchors loaded_anchors;
@@ -44,7 +44,7 @@ struct CpuReuse::LazyStrip {
     }
 };
 
-// That of this frame, and what it saw for the next.
+// Share of new anchors in this frame; notes the visible anchors for the next.
 float CpuReuse::updateRate(const ReuseFrame& frame)
 {
     uint64_t visible = 0, fresh = 0;
@@ -64,8 +64,8 @@ float CpuReuse::updateRate(const ReuseFrame& frame)
     return gsc::updateRate(fresh, visible);
 }
 
-// The keys of an entry, for drawing the anchors `lanes`. The span is of those that were seen so far: what passes beside
-// the camera, unseen, changes so fast that it would have its whole strip decoded every other frame.
+// The keys of an entry, for drawing the anchors `lanes`. Their span counts only anchors seen so far: an unseen anchor
+// that passes beside the camera changes so fast that the whole strip would be decoded every other frame.
 const StripKeys& CpuReuse::widened(uint32_t slot, LazyStrip& strip, uint32_t lanes)
 {
     StripKeys& keys = m_cache.entry(slot).keys;
@@ -116,7 +116,7 @@ StripKeys CpuReuse::planFor(LazyStrip& strip, uint32_t e, const EyeWork& eye, ui
     StripKeys plan = keysAt(motion.center, seen, own == kNoSlot);
     const auto change = strip.changeOf(eye.lanes);
     if (motion.steady) {
-        // what is new is decoded whatever the budget, and no better for being far off
+        // a strip without an entry is decoded whatever the budget, and its change does not matter
         const float level = own != kNoSlot && m_rule.decode_budget > 0 ? m_level[e] : 0.0f;
         const float half = halfLife(allowedChange(m_rule, e, strip.id, plan, cover), level);
         StripKeys keys = plan;
@@ -170,7 +170,7 @@ bool CpuReuse::chooseOther(LazyStrip& strip, uint32_t e, uint32_t seen, float co
 void CpuReuse::scheduleByError(uint32_t eye_count, LazyStrip& strip, StripWork& work)
 {
     const uint32_t seen = work.eye[0].lanes | work.eye[1].lanes;
-    float cover = 0; // most of what was drawn of the strip last
+    float cover = 0; // largest cover of the strip when it was last drawn
     for (uint32_t e = 0; e < eye_count; ++e)
         if (const uint32_t slot = m_cache.find(strip.id, e); slot != kNoSlot)
             cover = std::max(cover, m_cache.entry(slot).cover);
@@ -200,8 +200,8 @@ void CpuReuse::scheduleByError(uint32_t eye_count, LazyStrip& strip, StripWork& 
         right.plan = planFor(strip, 1, right, seen, cover);
 }
 
-// Decides what is due by age. In merged stereo, the GS-Cache paper's one decode for both eyes, eye 0 owns the entry,
-// whether or not it sees the strip.
+// Decides which strips are due, by age. In merged stereo, the GS-Cache paper's one decode for both eyes, eye 0 owns the
+// entry, whether or not it sees the strip.
 void CpuReuse::scheduleByDepth(const ReuseFrame& frame, uint32_t id, StripWork& work)
 {
     float middle[3];
@@ -237,7 +237,7 @@ void CpuReuse::scheduleBlock(const ReuseFrame& frame, size_t block)
             scheduleByDepth(frame, strip.id, work);
         for (uint32_t e = 0; e < frame.eye_count; ++e) {
             EyeWork& eye = work.eye[e];
-            // what it draws, and what the plan may need the last key of
+            // the entry that it draws, and the last key that the plan may need
             for (const uint32_t slot : {eye.due ? m_cache.find(strip.id, e) : kNoSlot, eye.slot})
                 if (slot != kNoSlot) {
                     m_cache.entry(slot).used = m_frame;
@@ -247,7 +247,7 @@ void CpuReuse::scheduleBlock(const ReuseFrame& frame, size_t block)
     }
 }
 
-// Grants decodes of what is due: all that must be, then the largest changes as far as the budget goes.
+// Grants decodes of due strips: all that must be, then the largest changes as far as the budget goes.
 void CpuReuse::grant(const ReuseFrame& frame)
 {
     for (uint32_t e = 0; e < frame.eye_count; ++e) {

@@ -15,7 +15,7 @@ void DeliveryMemory::make(const std::vector<DeviceId>& devices, const DeviceId& 
     m_on_device = devicePictures(devices.front().backend == "auto" ? ready : devices.front());
 }
 
-// A device that is lost or full gives no memory for pictures: then they are delivered on that of a worker that goes on.
+// A lost or full device gives no memory for pictures: they are then delivered in that of another worker's device.
 DeliveryMemory::Taken DeliveryMemory::take(const PoseWork& work, Pictures from, const Renderer& renderer)
 {
     try {

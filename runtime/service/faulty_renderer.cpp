@@ -107,7 +107,7 @@ private:
 
     std::unique_ptr<Renderer> m_renderer;
     std::shared_ptr<FaultSource> m_source;
-    std::map<uint64_t, Fault> m_faults; // of frames in flight, by ticket
+    std::map<uint64_t, Fault> m_faults; // faults of frames in flight, by ticket
     bool m_lost = false;
 };
 

@@ -40,7 +40,7 @@ void PoseLedger::failPose(Pose& pose, const std::exception_ptr& error)
 {
     if (!m_rules.keeps_all)
         return end(pose.id, overtaken(pose) ? PoseEnd::Late : PoseEnd::Failed, error);
-    pose.state = State::Failed; // told when its turn has come
+    pose.state = State::Failed; // reported when its turn has come
     pose.error = error;
     pose.parts.clear();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The books of a renderer service: which poses wait, which are drawn by whom, and how each ended. Pure: knows no thread and
-// no clock. Every pose ends once, as one of PoseEnd; what ended is told once.
+// State of every pose of a renderer service: waiting, being drawn by which workers, or ended and how. Pure: knows no thread
+// and no clock. Every pose ends exactly once, as one of PoseEnd, and is then reported once (takeEnded()).
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -29,10 +29,10 @@ constexpr int kAnyWorker = -1;
 struct PosePart {
     uint32_t eyes = 1; // bit e: eye e
     ColumnRange columns;
-    int worker = kAnyWorker; // for whom it is
+    int worker = kAnyWorker; // the worker that draws it
 };
 
-// A part that a worker is drawing. A part that is given back and taken again is another job.
+// A part in the hands of a worker. A part that is given back and taken again is a new job.
 struct Job {
     uint64_t pose = 0;
     uint32_t part = 0;
@@ -44,11 +44,11 @@ struct Job {
 struct LedgerRules {
     bool keeps_all = false; // deliver every pose in order; or the newest that is drawn
     ServiceTime timeout{0}; // longest wait of a pose before it is begun, 0 = for ever; not with keeps_all
-    uint32_t attempts = 3;  // to draw a part, before the pose fails
+    uint32_t attempts = 3;  // tries to draw a part, before the pose fails
 };
 
 struct LedgerCounts {
-    uint64_t submitted = 0, ended[4] = {}; // by PoseEnd
+    uint64_t submitted = 0, ended[4] = {}; // ended: by PoseEnd
 
     [[nodiscard]] uint64_t of(PoseEnd end) const { return ended[uint32_t(end)]; }
     [[nodiscard]] uint64_t open() const { return submitted - ended[0] - ended[1] - ended[2] - ended[3]; }
@@ -57,48 +57,48 @@ struct LedgerCounts {
 struct EndedPose {
     uint64_t pose = 0;
     PoseEnd end = PoseEnd::Shown;
-    std::exception_ptr error{}; // of one that failed
+    std::exception_ptr error{}; // error of a pose that failed
 };
 
 class PoseLedger {
 public:
     explicit PoseLedger(const LedgerRules& rules) : m_rules(rules) {}
 
-    // A new pose; its number, from 1 in order.
+    // Adds a pose. Returns its number, counted from 1.
     uint64_t add(ServiceTime now);
 
-    // Ends what has waited for too long.
+    // Ends poses that have waited longer than LedgerRules::timeout.
     void expire(ServiceTime now);
 
     // The pose to be begun next, 0 if none waits: the oldest if all are kept, otherwise the newest, which ends older ones
     // that wait.
     uint64_t next(ServiceTime now);
-    void begin(uint64_t pose, std::vector<PosePart> parts); // also anew, of one that has not ended
+    void begin(uint64_t pose, std::vector<PosePart> parts); // begins a pose that has not ended; also anew
 
-    // A part of the oldest pose that has one for this worker.
+    // Takes a part of the oldest pose that has one for this worker.
     std::optional<Job> take(int worker);
-    [[nodiscard]] bool isDrawing(const Job& job) const; // nobody has ended it or given it back
+    [[nodiscard]] bool isDrawing(const Job& job) const; // false once the job has ended or was given back
 
-    // Each of these ignores a job that is no longer being drawn, and says so with false.
+    // These return false, and do nothing, for a job that is no longer being drawn.
     bool drawn(const Job& job);
-    // The worker cannot, another may: all parts of the pose are to be drawn anew.
+    // The worker cannot draw the part, another may: all parts of the pose are to be drawn anew.
     bool giveBack(const Job& job, const std::exception_ptr& error);
-    bool fail(const Job& job, const std::exception_ptr& error); // nobody can
+    bool fail(const Job& job, const std::exception_ptr& error); // no worker can draw the part: the pose fails
 
-    void freeParts(int worker);                        // a worker has gone: what was for it is for any
-    void failWaiting(const std::exception_ptr& error); // nobody is left: all that is not drawn fails
+    void freeParts(int worker);                        // a worker has gone: its parts are for any worker
+    void failWaiting(const std::exception_ptr& error); // no worker is left: all poses that are not drawn fail
 
     [[nodiscard]] bool allDrawn(uint64_t pose) const; // all its parts
     [[nodiscard]] bool isOpen(uint64_t pose) const { return find(pose) != nullptr; }
     [[nodiscard]] uint64_t begun() const; // poses begun and neither drawn nor ended
     [[nodiscard]] uint64_t waiting() const;
 
-    // The pose to be delivered now, if there is one: ends it as shown. One that failed is delivered too if all are kept.
+    // Delivers the pose that is due, if any, and ends it as shown. A failed pose is delivered too with keeps_all.
     std::optional<EndedPose> deliver();
 
     [[nodiscard]] bool canDeliver() const;
 
-    // Poses that ended since the last call, in the order in which they did.
+    // Returns the poses that ended since the last call, in order.
     std::vector<EndedPose> takeEnded();
 
     [[nodiscard]] const LedgerCounts& counts() const { return m_counts; }
@@ -115,7 +115,7 @@ private:
         ServiceTime since{0};
         State state = State::Waits;
         std::vector<Part> parts;
-        std::exception_ptr error{}; // of State::Failed, which waits for its turn
+        std::exception_ptr error{}; // in State::Failed, until its turn to be delivered comes
     };
 
     [[nodiscard]] const Pose* find(uint64_t pose) const;
@@ -131,7 +131,7 @@ private:
     std::deque<Pose> m_poses; // open ones, oldest first
     std::vector<EndedPose> m_ended;
     LedgerCounts m_counts;
-    uint64_t m_shown = 0; // the newest
+    uint64_t m_shown = 0; // number of the newest shown pose
 };
 
 } // namespace gsc

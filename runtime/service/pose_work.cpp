@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pose by itself: where its pictures lie, what became of its parts, whether it shows what another does.
+// A single pose: layout of its pictures, results of its parts, and comparison with another pose.
 #include "runtime/service/pose_work.h"
 
 #include <algorithm>
@@ -10,8 +10,8 @@ namespace gsc {
 
 namespace {
 
-// Whether an eye is so near to another that it shows the same. Two rotations by an angle from each other differ by
-// sqrt(8) sin(angle / 2), which stays exact where the angle is small.
+// True if an eye is so near to another that it shows the same. Two rotations by an angle from each other differ by
+// sqrt(8) sin(angle / 2), which stays exact for small angles.
 bool isNear(const EyeParams& a, const EyeParams& b, double distance, double degrees)
 {
     double moved = 0, turned = 0;

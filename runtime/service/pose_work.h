@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pose from submit() until it has ended. Has no lock of its own: what is asked and where it is drawn stay as they are
-// while workers draw, without the service's mutex; all else is read and written with it held.
+// A pose from submit() to its end. Request and memory are constant while workers draw, so they are read without the
+// service's mutex; all other members are read and written with it held.
 #pragma once
 
 #include "runtime/devices/device_pictures.h"
@@ -17,22 +17,22 @@ struct PoseWork {
 
     const PoseRequest asked;
 
-    struct Late { // what PoseRequest::late found
+    struct Late { // result of PoseRequest::late
         std::once_flag looked;
         std::vector<EyeParams> eyes;
         bool found = false;
     };
-    std::shared_ptr<Late> late; // also of the pose that is drawn anew
+    std::shared_ptr<Late> late; // shared with the pose that is drawn anew
 
     ServiceTime submitted{0}, drawn{0};
     std::optional<ServiceTime> begun;
-    SharePlan plan; // that it was begun by
+    SharePlan plan; // plan in force when it was begun
     uint64_t plan_serial = 0;
 
     // Picture of each eye, then its depths, in one block.
     size_t pixels_at[kMaxEyes] = {}, depths_at[kMaxEyes] = {}, bytes = 0;
     std::shared_ptr<std::byte> memory;
-    std::shared_ptr<PictureMemory> pictures; // that it is of
+    std::shared_ptr<PictureMemory> pictures; // owner of `memory`
 
     struct Part {
         PosePart what;
@@ -41,7 +41,7 @@ struct PoseWork {
         FrameResult result{};
     };
     std::vector<Part> parts;
-    bool drawn_anew = false;  // after a fault
+    bool drawn_anew = false;  // drawn again after a fault
     bool first_parts = false; // a part is among the first that its renderer drew, whose buffers grow
 
     [[nodiscard]] uint32_t eyeCount() const { return uint32_t(asked.eyes.size()); }
@@ -54,9 +54,10 @@ struct PoseWork {
     [[nodiscard]] FrameResult result() const;
     [[nodiscard]] FrameLoad load() const;
 
-    // Where its eyes are drawn from: looks late, once for all parts. Called without the service's mutex.
+    // Eyes that the pose is drawn from: the first call asks PoseRequest::late, once for all parts. Called without the
+    // service's mutex.
     [[nodiscard]] std::span<const EyeParams> latestEyes() const;
-    // Are its eyes all so near to those of `other` (world units, degrees) that they show the same, of the same options?
+    // True if all its eyes are within `distance` (world units) and `degrees` of those of `other`, with the same options.
     [[nodiscard]] bool showsSameAs(const PoseWork& other, double distance, double degrees) const;
     // Target that an eye's picture is drawn into, in a block of memory such as `memory`.
     [[nodiscard]] FrameTarget target(uint32_t eye, FrameTarget::Kind kind, std::byte* block) const;

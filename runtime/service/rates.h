@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames per second that workers can draw, measured and foreseen; 0 = not known. Every call is made with the service's mutex
-// held.
+// Frames per second that workers can draw, measured and predicted; 0 = not known. The service's mutex must be held in every
+// call.
 #pragma once
 
 #include "runtime/service/pose_work.h"
@@ -12,7 +12,7 @@ namespace gsc {
 
 class Rates {
 public:
-    // All parts of `work` are drawn.
+    // Called when all parts of `work` are drawn.
     void learn(const PoseWork& work)
     {
         constexpr double kMeanOf = 8; // frames
@@ -27,25 +27,26 @@ public:
         m_busy_ms = m_busy_ms == 0 ? busy : m_busy_ms + (busy - m_busy_ms) / kMeanOf;
     }
 
-    // Rate measured, for so many workers that draw.
+    // Measured rate if so many workers draw.
     [[nodiscard]] double measured(size_t workers) const
     {
         const size_t turns = m_plan.mode == ServiceMode::Frame ? std::max<size_t>(workers, 1) : 1;
         return m_busy_ms > 0 ? double(turns) * 1000 / m_busy_ms : 0;
     }
 
-    // Rate that `rate` becomes with the frames to come.
+    // Predicted rate: `rate`, corrected by the predicted cost of the next frames.
     [[nodiscard]] double foreseen(double rate, ServiceTime now) const
     {
-        constexpr ServiceTime kAhead = std::chrono::milliseconds(100); // what a started worker is good for
+        // a worker started now serves frames of this time ahead
+        constexpr ServiceTime kAhead = std::chrono::milliseconds(100);
         const double now_ms = m_cost.predict(now - kAhead), then_ms = m_cost.predict(now + kAhead);
         return now_ms > 0 && then_ms > 0 ? rate * now_ms / then_ms : 0;
     }
 
 private:
     FrameCost m_cost;
-    double m_busy_ms = 0; // that a frame takes the worker that takes longest: a running mean,
-    SharePlan m_plan;     // of frames by this plan alone
+    double m_busy_ms = 0; // busy time per frame of the worker that takes longest: a running mean,
+    SharePlan m_plan;     // over frames of this plan alone
 };
 
 } // namespace gsc

@@ -18,7 +18,7 @@ namespace {
 
 using Lock = std::unique_lock<std::mutex>;
 
-constexpr auto kHangsAtEnd = std::chrono::seconds(1); // that the end waits for a worker in a call
+constexpr auto kHangsAtEnd = std::chrono::seconds(1); // time that the end waits for a worker in a call
 
 void checkServiceOptions(const ServiceOptions& options)
 {
@@ -113,7 +113,7 @@ void RendererService::start()
          state.workers.all()) // a device that this build cannot use, or a mistake of the caller's
         if (worker->draws && worker->state == WorkerState::Gone && worker->fault && isOfRequest(worker->fault))
             std::rethrow_exception(worker->fault);
-    if (!state.first) // what is to draw cannot: something else may
+    if (!state.first) // workers that should draw cannot; others may
         settle(true);
     for (size_t i = 0; i < workers.size() && !state.first; ++i) {
         state.workers.order(*state.workers.all()[i], true, "the others cannot");
@@ -137,7 +137,7 @@ void RendererService::stop()
     const auto until = std::chrono::steady_clock::now() + kHangsAtEnd;
     for (const WorkerPtr& worker : state.workers.withAbandoned()) {
         const auto ends = [&] { return worker->finished || !worker->thread.joinable(); };
-        const ServiceTime deadline = // a device that does not let go must not hold up the end for minutes
+        const ServiceTime deadline = // a device that does not give its memory back must not hold up the end for minutes
             worker->state == WorkerState::Loading ? state.options.load_deadline : state.options.deadline;
         if (worker->abandoned)
             state.caller_wakes.wait_until(lock, until, ends);
@@ -149,7 +149,7 @@ void RendererService::stop()
             continue;
         const bool ended = worker->finished;
         lock.unlock();
-        ended ? worker->thread.join() : worker->thread.detach(); // it holds what it uses
+        ended ? worker->thread.join() : worker->thread.detach(); // a detached thread owns all that it uses
         lock.lock();
     }
 }

@@ -36,7 +36,8 @@ public:
     [[nodiscard]] Tier tierOf(Tier asked) const override { return service().tierOf(asked); }
     [[nodiscard]] uint32_t framesInFlight() const override { return serviceFramesInFlight(m_options.devices.size()); }
     void load(const ModelView& model) override { start(model); }
-    void load(std::shared_ptr<const Scene> scene) override { start(std::move(scene)); } // also of a worker that hangs
+    // a worker that hangs keeps the scene too
+    void load(std::shared_ptr<const Scene> scene) override { start(std::move(scene)); }
     void dropCaches() override { service().dropCaches(); }
 
     uint64_t submit(const FrameRequest& request) override

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// State that the callers of a service, its keeper and its workers' threads share. One mutex guards it; renderers are used
-// without it, each by the thread of its worker alone (worker_thread.h).
+// State shared by the callers of a service, its keeper and its workers' threads. One mutex guards it; renderers are used
+// without the mutex, each only by the thread of its worker (worker_thread.h).
 #pragma once
 
 #include "runtime/service/delivery_memory.h"
@@ -15,11 +15,11 @@ struct ServiceState {
     }
 
     const ServiceOptions options;
-    const std::shared_ptr<const Scene> scene; // null: `model` is the caller's
+    const std::shared_ptr<const Scene> scene; // null: the caller owns `model`
     const ModelView model;
     const ServiceClock clock;
 
-    std::mutex mutex; // guards what follows
+    std::mutex mutex; // guards the members below
     std::condition_variable worker_wakes, caller_wakes, keeper_wakes;
     TraceRecord trace{options.trace_limit, clock};
     PoseQueue poses{options, clock, trace, caller_wakes};
@@ -30,7 +30,7 @@ struct ServiceState {
     std::exception_ptr error; // the last fault
     bool stopping = false;
 
-    struct First { // renderer that is ready
+    struct First { // facts of the first renderer that was ready
         DeviceFacts device;
         Tier exact = Tier::Exact, fast = Tier::Fast;
     };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts of a renderer service while it runs, and a record of every pose and worker for those who ask for one.
+// Counts of a renderer service while it runs, and on request a trace of every pose and worker.
 #pragma once
 
 #include <gsc/device.h>
@@ -10,41 +10,41 @@
 namespace gsc {
 
 enum class WorkerState : uint32_t {
-    Cold,    // without a renderer
-    Loading, // makes one
-    Warm,    // has the model, does not draw
+    Cold,    // has no renderer
+    Loading, // makes a renderer and loads the model
+    Warm,    // has the model, but does not draw
     Working,
-    Retired, // after a fault, comes back
-    Gone,    // after too many, or for a fault that no time mends
+    Retired, // had a fault, comes back
+    Gone,    // had too many faults, or one that waiting does not cure
 };
 
 const char* workerStateName(WorkerState state);
 
 struct WorkerStats {
     DeviceId device;
-    std::string name; // of the device
+    std::string name; // name of the device
     WorkerState state = WorkerState::Cold;
-    uint64_t parts = 0; // drawn
-    double busy_ms = 0; // with them
-    double load_ms = 0; // to be ready, the last time
+    uint64_t parts = 0; // parts drawn
+    double busy_ms = 0; // time spent drawing them
+    double load_ms = 0; // time to get ready, the last time
     uint32_t starts = 0, stops = 0, faults = 0;
-    std::string last_fault; // what it said
+    std::string last_fault; // message of the last fault
 };
 
-// Milliseconds, of poses shown: from submit() to next().
+// Milliseconds from submit() to next(), of poses that were shown.
 struct LatencyStats {
     double p50 = 0, p95 = 0, p99 = 0, most = 0; // within 2 %
 };
 
 struct ServiceStats {
     LedgerCounts counts;
-    uint64_t still = 0; // poses that were not drawn because they were as good as the last
+    uint64_t still = 0; // poses not drawn because the eyes hardly moved (still_distance)
     LatencyStats latency;
-    double rate = 0;           // that the workers can draw, frames per second; 0 = not known yet
-    double predicted_rate = 0; // of frames to come
+    double rate = 0;           // rate that the workers can reach, frames per second; 0 = not known yet
+    double predicted_rate = 0; // rate of the frames to come
     uint32_t working = 0;      // workers that draw
     SharePlan plan;
-    std::string plan_cause; // why the plan is what it is, of ServiceMode::Auto
+    std::string plan_cause; // why ServiceMode::Auto chose the plan
     std::vector<WorkerStats> workers;
 };
 
@@ -63,7 +63,7 @@ struct TracePose {
     ServiceTime submitted{0}, ended{0};
     std::optional<ServiceTime> begun;
     PoseEnd end = PoseEnd::Shown;
-    int worker = -1; // whose part took longest, -1 = none drew
+    int worker = -1; // worker of the part that took longest, -1 = none drew
     StageTimes stages;
     FrameLoad load;
 };
@@ -76,17 +76,17 @@ struct ServiceTrace {
     uint64_t left_out = 0; // poses and events past the limit
 };
 
-// Keeps a trace up to a limit. Every call is made with the service's mutex held.
+// Keeps a trace up to a limit. The service's mutex must be held in every call.
 class TraceRecord {
 public:
     TraceRecord(size_t limit, const ServiceClock& clock) : m_limit(limit), m_clock(clock) {}
 
-    void note(TraceEvent::Kind kind, int worker, const std::string& cause); // now
+    void note(TraceEvent::Kind kind, int worker, const std::string& cause); // notes an event at the present time
     void add(const TracePose& pose);
     [[nodiscard]] const ServiceTrace& trace() const { return m_trace; }
 
 private:
-    const size_t m_limit; // of poses, and of events
+    const size_t m_limit; // most poses, and most events, that are kept
     const ServiceClock& m_clock;
     ServiceTrace m_trace;
 };

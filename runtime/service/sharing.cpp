@@ -87,7 +87,8 @@ std::vector<PosePart> Sharing::cut(const PoseWork& work, std::span<const int> wo
         for (uint32_t e = 0; e < eyes.size(); ++e)
             parts.push_back({1u << e, {}, workers[e % workers.size()]});
     } else if (work.plan.mode == ServiceMode::Split && workers.size() > 1 && width == eyes.back().width) {
-        for (const ColumnRange& band : m_bands.cut(width, uint32_t(workers.size()))) // columns are those of every eye
+        // a band is the same columns of every eye
+        for (const ColumnRange& band : m_bands.cut(width, uint32_t(workers.size())))
             parts.push_back({work.allEyes(), band, workers[parts.size()]});
     } else {
         parts.push_back({work.allEyes(), {}, kAnyWorker});
@@ -106,7 +107,7 @@ void Sharing::finish(const Job& job, PoseWork& work)
         if (!work.drawn_anew && !work.first_parts)
             learn(work);
     }
-    m_changed.notify_all(); // one that waited for this pose to be drawn may begin the next
+    m_changed.notify_all(); // a worker that waited for this pose may begin the next
 }
 
 void Sharing::learn(const PoseWork& work)
@@ -128,7 +129,7 @@ void Sharing::learn(const PoseWork& work)
         m_trace.note(TraceEvent::Kind::Plan, -1, m_choice.cause());
 }
 
-// A plan that is only being tried says little of what the workers can do.
+// A plan under trial tells little about the rate that workers can reach.
 double Sharing::paceRate() const
 {
     const double measured = m_rates.measured(m_workers.working().size());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shares poses among workers: by which plan, and what each draws of a pose by that plan. Every call is
-// made with the service's mutex held.
+// Shares poses among workers: chooses the plan, and cuts each pose into parts by it. The service's mutex must be held in
+// every call.
 #pragma once
 
 #include "runtime/service/policy/bands.h"
@@ -19,15 +19,15 @@ public:
     {
     }
 
-    // Parts that a worker may have in flight, and poses that may be begun where workers share each.
+    // Most parts of a worker in flight; also most poses begun at a time, if workers share each pose.
     [[nodiscard]] size_t partsAhead() const { return m_options.keeps_all && m_choice.decided() ? kFramesInFlight : 1; }
-    // The part that a worker draws next, which draws `flying` already: of a pose begun before or of the next, which is cut
-    // then. None: it has nothing to do until something changes.
+    // Takes the next part for a worker that has `flying` parts in flight: of a pose already begun, else of the next, which
+    // is then cut. None: the worker must wait until something changes.
     std::optional<Job> take(const Worker& worker, size_t flying);
-    // A part is drawn, which `work` says. If it was the last one its pose is due, and all learn from it.
+    // Called when a part is drawn and noted in `work`. If it was the last, the pose is due, and rates and bands learn.
     void finish(const Job& job, PoseWork& work);
 
-    // Frames per second that workers start and stop by.
+    // Frames per second by which workers are started and stopped.
     [[nodiscard]] double paceRate() const;
     [[nodiscard]] double foreseen(double rate) const { return m_rates.foreseen(rate, m_clock.now()); }
 
@@ -45,8 +45,8 @@ private:
     const ServiceWorkers& m_workers;
     std::condition_variable& m_changed;
     ModeChoice m_choice;
-    std::vector<SharePlan> m_tried; // by m_choice
-    uint64_t m_tried_kind = 0;      // of the poses that they were tried with
+    std::vector<SharePlan> m_tried; // plans tried by m_choice
+    uint64_t m_tried_kind = 0;      // kind of the poses that the modes were tried with
     ServiceTime m_tried_at{0};
     BandBalance m_bands;
     Rates m_rates;

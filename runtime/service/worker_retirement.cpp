@@ -38,7 +38,7 @@ void countFault(ServiceState& service, Worker& worker, const std::exception_ptr&
     service.trace.note(TraceEvent::Kind::Retire, worker.index, text);
 }
 
-// Gives back what `out` draws, for others, who are woken.
+// Gives back the parts that `out` draws, and wakes the others to draw them.
 void giveBack(ServiceState& service, Worker& out, const std::exception_ptr& error)
 {
     service.poses.giveBack(std::exchange(out.jobs, {}), error);

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// When a worker is retired after a fault, and when it comes back. Called with the service's mutex held.
+// Retirement of workers after a fault, and their return. The service's mutex must be held in every call.
 #pragma once
 
 #include "runtime/service/service_state.h"
 
 namespace gsc {
 
-// Is it what was asked for that cannot be drawn, by any worker? Then the pose fails, not the worker.
+// True if the error is about the request, which no worker could draw: then the pose fails, not the worker.
 bool isOfRequest(const std::exception_ptr& error);
 
-// A worker has thrown. Others draw what it was drawing. It comes back after a while, or is gone for good after too many
-// faults (ServiceOptions::most_faults) or one that no time mends.
+// Retires a worker that has thrown; others draw its parts. It comes back after a pause, or never after too many faults
+// (ServiceOptions::most_faults) or one that waiting does not cure.
 void retire(ServiceState& service, Worker& worker, const std::exception_ptr& error);
 
-// True if a retired worker's time has come: it is as one that has not begun.
+// True if a retired worker's pause is over: it is then Cold, as before its start.
 bool comesBack(ServiceState& service, Worker& worker);
 
-// Retires workers that are in a call for longer than the deadline. A thread cannot be ended from outside: another worker,
-// to be launched, takes the place of each.
+// Retires workers whose call takes longer than the deadline. A thread cannot be ended from outside, so a new worker takes
+// the place of each. Returns the new workers, for the caller to launch.
 [[nodiscard]] std::vector<WorkerPtr> replaceHanging(ServiceState& service);
 
 } // namespace gsc

@@ -16,7 +16,7 @@ namespace {
 // Parts of a renderer that are too early to tell its speed: buffers grow; with detail, coarse copies are made.
 constexpr uint32_t kFirstParts = 3, kFirstCoarseParts = 16;
 
-// Its members are the thread's alone; m_lock is held but in calling().
+// Members belong to the thread alone; m_lock is held except in calling().
 class WorkerThread {
 public:
     WorkerThread(std::shared_ptr<ServiceState> service, WorkerPtr worker)
@@ -50,8 +50,8 @@ private:
         Job job;
         std::shared_ptr<PoseWork> work;
         PosePart what;
-        uint32_t slot = 0;                     // of the bridge
-        std::shared_ptr<PictureBridge> bridge; // that it is brought home by; null: it is drawn where it is delivered
+        uint32_t slot = 0;                     // slot of the bridge
+        std::shared_ptr<PictureBridge> bridge; // copies the picture to where it is delivered; null: it is drawn there
         std::vector<EyeParams> eyes;
         std::vector<FrameTarget> targets;
         FrameOptions options;
@@ -81,7 +81,7 @@ private:
         return call();
     }
 
-    // One step. False: there is nothing to do until something changes.
+    // Takes one step. Returns false if there is nothing to do until something changes.
     bool serve()
     {
         Worker& worker = *m_worker;
@@ -281,7 +281,7 @@ private:
         m_service->sharing.finish(ended.job, work);
     }
 
-    // A worker that has rested has copies of what was in view then, if any.
+    // A worker that has rested has coarse copies of old views, if any.
     bool tooEarly(bool coarse)
     {
         const uint64_t starts = m_worker->stats.starts;
@@ -292,7 +292,8 @@ private:
         return m_drawn < (coarse ? kFirstCoarseParts : kFirstParts);
     }
 
-    // In a handler: the pose of `job` fails where no worker could draw it, otherwise the fault is the worker's and goes on.
+    // For a catch block: fails the pose of `job` if no worker could draw it, otherwise rethrows the fault as the
+    // worker's.
     void failRequest(const Job& job)
     {
         const std::exception_ptr error = std::current_exception();
@@ -314,7 +315,7 @@ private:
         memory.moveTo(devicePictures(first.backend == "auto" ? m_worker->stats.device : first));
     }
 
-    // The renderer ends what it draws before the pictures that it draws into go.
+    // Waits for the renderer's frames before their pictures' memory is freed.
     void letGo()
     {
         m_bridge.reset();
@@ -325,7 +326,7 @@ private:
 
     const std::shared_ptr<ServiceState> m_service;
     const WorkerPtr m_worker;
-    std::unique_lock<std::mutex> m_lock; // of the service
+    std::unique_lock<std::mutex> m_lock; // holds the service's mutex
     std::deque<PartInFlight> m_flying;   // oldest first
     std::unique_ptr<Renderer> m_renderer;
     std::shared_ptr<PictureBridge> m_bridge;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The workers of a service, as everyone but their own threads sees them: who draws, who rests, who is out of order. All of it
-// is read and written with the service's mutex held.
+// State of a service's workers: which draw, which rest, which have failed. The service's mutex must be held to read or write
+// it.
 #pragma once
 
 #include "runtime/service/pose_queue.h"
@@ -16,15 +16,15 @@ struct Worker {
     const DeviceId device;
 
     WorkerState state = WorkerState::Cold;
-    bool draws = false;                 // is to draw; otherwise it holds the model, so that it joins at once
-    bool abandoned = false;             // it hangs: another has taken its place
-    std::optional<ServiceTime> in_call; // into the renderer, since when
-    ServiceTime returns{0};             // of state Retired
-    uint64_t dropped = 0;               // of ServiceState::drops that it has followed
-    std::vector<Job> jobs;              // that it is drawing
+    bool draws = false;                 // is to draw; else it holds the model, to be ready at once
+    bool abandoned = false;             // hangs: another worker has taken its place
+    std::optional<ServiceTime> in_call; // start of the call into the renderer that it is in
+    ServiceTime returns{0};             // end of its pause, in state Retired
+    uint64_t dropped = 0;               // count of ServiceState::drops that it has carried out
+    std::vector<Job> jobs;              // jobs that it is drawing
     uint32_t faults_in_a_row = 0;
-    std::exception_ptr fault; // the last
-    bool finished = false;    // its thread is about to end
+    std::exception_ptr fault; // the last fault
+    bool finished = false;    // the thread is about to end
     WorkerStats stats;
     std::thread thread;
 
@@ -37,7 +37,7 @@ using WorkerPtr = std::shared_ptr<Worker>;
 
 class ServiceWorkers {
 public:
-    // One for each device, none of which has a thread. `changed` wakes the workers' threads.
+    // Makes a worker for each device, without a thread yet. `changed` wakes the workers' threads.
     ServiceWorkers(const std::vector<DeviceId>& devices, PoseQueue& poses, TraceRecord& trace,
                    std::condition_variable& changed);
 
@@ -47,10 +47,10 @@ public:
 
     void order(Worker& worker, bool draws, const std::string& cause);
 
-    // Takes the place of one that hangs, which is kept until its thread has ended.
+    // Puts `fresh` in the place of a worker that hangs, which is kept until its thread has ended.
     void replace(WorkerPtr fresh);
     void joinFinished();
-    [[nodiscard]] std::vector<WorkerPtr> withAbandoned() const; // all that may have a thread
+    [[nodiscard]] std::vector<WorkerPtr> withAbandoned() const; // every worker that may have a thread
 
     void fill(ServiceStats& stats) const; // working and workers
 

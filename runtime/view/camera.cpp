@@ -27,9 +27,9 @@ float multiplyAdd(float a, float b, float c)
     return std::fma(a, b, c);
 }
 
-// Inverse of a row-major 4 x 4 matrix by LU with partial pivoting.
-// note: the float version fuses each multiply-add and scales columns by the pivot's reciprocal, because that is what
-// the trainers' library does on their GPU: the camera centre comes out bit for bit on every golden camera.
+// Inverse of a row-major 4 x 4 matrix by LU with partial pivoting. note: the float version fuses each multiply-add and
+// scales columns by the pivot's reciprocal, as the trainers' library does on their GPU: the camera centre comes out bit
+// for bit on every golden camera.
 template <typename T>
 void invert4(const T in[16], T out[16])
 {
@@ -251,7 +251,7 @@ Camera eyeOfHead(const Camera& head, const EyeView& view)
     // rows read as columns: the transposes, whose product turns round too
     const glm::dmat3 inner = glm::make_mat3(view.rotation), turned = inner * glm::make_mat3(head.rotation);
     std::copy_n(glm::value_ptr(turned), 9, eye.rotation);
-    // of the world's origin, in the head's axes
+    // place of the world's origin, in the head's axes
     const glm::dvec3 from_eye = glm::make_vec3(head.translation) - glm::make_vec3(view.position);
     const glm::dvec3 translation = inner * from_eye;
     std::copy_n(glm::value_ptr(translation), 3, eye.translation);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the cameras of a frame's eyes are and how they move, from frame to frame.
+// Places of the cameras of a frame's eyes, and their movement from frame to frame.
 #pragma once
 
 #include "kernels/reuse/policy.h"
@@ -10,7 +10,7 @@ class CameraMotion {
 public:
     // Once per frame. A step that is no number starts anew, and so does an eye that was not there.
     void follow(const EyeParams* eyes, uint32_t eye_count);
-    void forget(); // nobody knows how the cameras get to the next frame
+    void forget(); // the next frame's cameras are not continuous with the last
 
     [[nodiscard]] const EyeMotion (&eyes() const)[kMaxEyes] { return m_eyes; }
 

@@ -13,7 +13,7 @@ double levelsOf(const FrameGuardOptions& options)
     return options.finest_bias - options.coarsest_bias;
 }
 
-// As many as there are below what a frame may be asked for.
+// Doublings of fovea_pixels that are possible.
 double doublingsOf(const FrameGuardOptions& options)
 {
     if (!(options.fovea_pixels > 0))
@@ -37,7 +37,8 @@ void FrameGuard::add(double frame_ms)
     m_times[1] = m_times[2];
     m_times[2] = frame_ms;
     m_since = std::min(m_since + 1, kRemade);
-    // the first frame of a run fills caches and buffers; the first of one with detail have no copies
+    // ignores the first frame of a run, which fills caches and buffers; with detail the first ones, which have no
+    // copies yet
     m_count = std::min(m_count + 1, kRemade);
     if (m_count < (m_options.detail > 0 ? kRemade : 3))
         return;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hysteresis of levels: they are chosen from a place that follows the camera on a leash, so that a camera that trembles
-// at a boundary switches nothing. One place per eye is all the state there is; selection stays a function of its
-// arguments, and every bound and every backend works as it does without.
+// Hysteresis of levels: they are chosen from a place that follows the camera at a distance, so that a camera that moves
+// to and fro at a boundary switches nothing. One place per eye is all the state; selection stays a function of its
+// arguments, and every bound and every backend works as without it.
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -18,8 +18,8 @@ public:
     // The next frame starts where the camera is.
     void clear() { m_known = 0; }
 
-    // `chosen` becomes `eyes` with the centres that levels are to be chosen from. An eye of a pair does what it would
-    // do alone. Once per frame, in order; a leash of 0 keeps the centres and leaves nothing behind.
+    // Sets `chosen` to `eyes` with the centres that levels are chosen from. An eye of a pair does as it would alone.
+    // Called once per frame, in order. Without hysteresis the centres do not lag, and an earlier lag is forgotten.
     void follow(const ModelView& model, const FrameOptions& options, const EyeParams* eyes, uint32_t eye_count,
                 EyeParams* chosen);
 

@@ -42,7 +42,7 @@ StoredBytes archiveSize(const GscFile& file, const GscView& view, int threads)
 {
     const std::vector<RawPart> parts = cutIntoParts(file.bytes(), view);
     StoredBytes sizes;
-    std::mutex mutex; // of `sizes`, sums that do not depend on an order
+    std::mutex mutex; // guards `sizes`, sums that do not depend on the order of adding
     uint64_t stored_bytes = 0;
     onPartThreads(parts.size(), threads, [&] {
         return [&, encoder = PartEncoder(view, ArchiveOptions().level)](size_t i) mutable {

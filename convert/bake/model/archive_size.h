@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bytes of an archive that would be made of a file, by the kind of value that they store.
+// Size of the archive that a file would become, by kind of value.
 #pragma once
 
 #include <gsc/gsc_file.h>
@@ -10,9 +10,9 @@
 namespace gsc {
 
 struct StoredBytes {
-    uint64_t positions = 0; // with source indices
+    uint64_t positions = 0; // positions and source indices
     uint64_t scales = 0, offsets = 0, features = 0;
-    uint64_t other_anchors = 0; // other arrays of anchors, and what each chunk takes besides
+    uint64_t other_anchors = 0; // other arrays of anchors, and the heads of chunks
     uint64_t networks = 0;
     uint64_t rest = 0; // index, cameras, manifest
     uint64_t file = 0; // the whole archive
@@ -26,8 +26,8 @@ struct BakeSizes {
     StoredBytes archive;
 };
 
-// Packs every part as `gsc archive` does, and keeps none, nor the pages it has read. Precondition: `view` came from
-// openGsc() on `file` without errors, of all of it. Throws Error(Interrupted, Unsupported).
+// Packs every part as `gsc archive` does, but keeps only the sizes, and frees the pages it has read. Precondition: `view`
+// came from openGsc() on all of `file`, without errors. Throws Error(Interrupted, Unsupported).
 [[nodiscard]] StoredBytes archiveSize(const GscFile& file, const GscView& view, int threads);
 
 } // namespace gsc

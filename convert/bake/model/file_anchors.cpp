@@ -9,7 +9,7 @@ namespace gsc {
 
 std::vector<AnchorPlace> keptPlaces(const GscView& view, const ReducedModel& model, const std::vector<uint32_t>& order)
 {
-    std::vector<uint32_t> chunks(view.header->anchor_count); // of every anchor
+    std::vector<uint32_t> chunks(view.header->anchor_count); // chunk of every anchor
     for (uint32_t c = 0; c < view.chunks.size(); ++c)
         std::fill_n(chunks.begin() + view.chunks[c].anchor_first, view.chunks[c].anchor_count, c);
     std::vector<AnchorPlace> kept;

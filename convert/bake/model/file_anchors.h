@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Anchors of .gsc files as the writer reads those of a checkpoint.
+// Anchors of .gsc files, behind the interface by which the writer reads a checkpoint.
 #pragma once
 
 #include "convert/bake/model/reduced_model.h"
@@ -12,15 +12,15 @@
 namespace gsc {
 
 struct AnchorPlace {
-    uint32_t file, chunk, anchor; // the anchor's number is that of its file
+    uint32_t file, chunk, anchor; // anchor: its index in the file
 };
 
-// Those of `order` that `model` keeps, all of one file.
+// Places of the anchors of `order` that `model` keeps; all of one file.
 [[nodiscard]] std::vector<AnchorPlace> keptPlaces(const GscView& view, const ReducedModel& model,
                                                   const std::vector<uint32_t>& order);
 
-// The anchors at `places`, in that order, bit for bit as their files have them; with `model`, which is of the only file,
-// scales, offsets and features are its own. All must outlive it.
+// The anchors at `places`, in that order, bit for bit as in their files. With `model`, made of the only file, scales, offsets
+// and features come from the model. All arguments must outlive it.
 class FileAnchors final : public AnchorSource {
 public:
     FileAnchors(const std::vector<GscView>& files, const std::vector<AnchorPlace>& places,

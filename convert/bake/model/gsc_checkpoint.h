@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A .gsc file as the writer takes a checkpoint.
+// A .gsc file as a checkpoint, for the writer.
 #pragma once
 
 #include "convert/input/checkpoint.h"
@@ -15,16 +15,16 @@ namespace gsc {
 
 // Everything but the anchors. `path` names it in messages. Precondition: openGsc() opened `view` without errors.
 [[nodiscard]] Checkpoint checkpointOf(const GscView& view, const std::string& path);
-// META, or an empty object where it is none or nests too deep for a person to have meant it.
+// The manifest (META), or an empty object if it is no JSON object or nests too deep.
 [[nodiscard]] OrderedJson manifestOf(std::string_view manifest);
-// The options that a file of the same anchors would be made with again, byte for byte.
+// Options that would make a file of the same anchors again, byte for byte.
 [[nodiscard]] WriteOptions writeOptionsOf(const GscView& view);
 
-// Weights as the nearest halves.
+// Rounds weights to the nearest halves.
 void roundToHalves(std::vector<Mlp>& mlps);
 
-// All anchors of a file in the order that takes fewest bits: by level, then along the Morton curve of their grid; floats
-// stay as they lie. Or in the order of their source numbers.
+// Indices of all anchors of a file in the order that packs best: by level, then along the Morton curve of their grid; float
+// positions keep their order. by_source: in the order of their source indices instead.
 [[nodiscard]] std::vector<uint32_t> anchorOrder(const GscView& view, bool by_source);
 
 } // namespace gsc

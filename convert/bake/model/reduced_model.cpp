@@ -17,15 +17,15 @@ const char* const kLeverNames[kLevers] = {"slots",  "anchors",  "features", "off
 
 namespace {
 
-// Values of so many bits, and no fewer than these steps: a finer one would keep noise, a coarser one gains nothing.
+// Most bits of a value, and least steps: a finer step would keep noise, a coarser one would gain nothing.
 constexpr int kFinestStep = -20, kCoarsestStep = 8;
-// Bits that go with a slot and with an anchor that are left out, beside those of its slots; each may cost what a value on
-// steps would at that place, which is 2 ln 2 / 12 of the error it may make.
+// Bits saved by leaving out a slot or an anchor, beside the values of its slots. Each bit may cost as much error as a
+// bit of a rounded value there: 2 ln 2 / 12 of the error that a value may make.
 constexpr double kSlotBits = 22, kAnchorBits = 260, kErrorPerBit = 0.1155;
-// Poses show less than visitors see. To what they measured comes what is likely missed, as a share of the median: least of a
-// slot that is not alive from any of their places; of one that is, the more, the more often it is and the fewer poses saw its
-// anchor. An anchor that no pose saw has the worth of the seen anchor of rank kUnseenRank. (Measured on trained models,
-// with other poses than those.)
+// Poses of a bake show less than visitors will see. So importance gets a prior, a share of the median: least for a slot
+// that is alive from none of the poses' places; more for a slot that is alive from more of them and whose anchor was
+// seen by fewer. An anchor that no pose saw has the worth of the seen anchor of rank kUnseenRank. (Measured on trained
+// models, with other poses than those.)
 constexpr double kDead = 1e-4, kAsleep = 2, kSeldom = 2, kAlways = 0.01, kUnseenRank = 0.6;
 
 float maskedOffset()
@@ -73,7 +73,7 @@ public:
             }
     }
 
-    // The value of rank `share` of them.
+    // The value that a share `share` of the values lies below.
     [[nodiscard]] double at(double share) const
     {
         if (m_count == 0)
@@ -139,7 +139,7 @@ ReducedModel::ReducedModel(const ModelView& source, const Importance& importance
     m_unseen_place = of_places.at(kUnseenRank);
 }
 
-// Importance of a slot: `measured` by the poses, and a prior for what they likely missed.
+// Importance of a slot: measured by the poses, plus a prior for views that the poses likely missed.
 double ReducedModel::worth(uint64_t anchor, uint32_t k, double measured, double median, double unseen) const
 {
     const uint32_t seen = m_importance.seen[anchor];
@@ -172,7 +172,7 @@ void ReducedModel::applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, cons
         const bool never = plan.error == 0 && m_importance.weight[slot] == 0 && m_importance.alive[slot] == 0;
         const double w = worth(anchor, k, double(m_importance.weight[slot]), m_median_weight, m_unseen_weight);
         masked[k] =
-            o[0] != o[0] || // in the source
+            o[0] != o[0] || // masked in the source
             ((plan.levers & kLeverSlots) && (never || w * plan.costs.slot <= kErrorPerBit * kSlotBits * plan.error));
         if (masked[k])
             continue;
@@ -189,7 +189,7 @@ void ReducedModel::applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, cons
         (kept == 0 || weight * plan.costs.anchor <= kErrorPerBit * (kAnchorBits + kSlotBits * kept) * plan.error);
     m_left_out[anchor] = left_out;
     m_masks[anchor] = uint16_t(K - kept);
-    if (left_out) { // as the renderer sees it: nothing is drawn
+    if (left_out) { // the renderer then draws nothing of it
         std::fill_n(to_offset, 3 * K, maskedOffset());
         std::copy_n(scale, 6, m_scale.get() + 6 * anchor);
         std::copy_n(from.feature + size_t(F) * local, F, m_feature.get() + size_t(F) * anchor);
@@ -218,7 +218,8 @@ void ReducedModel::applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, cons
             std::fill_n(to_offset + 3 * k, 3, maskedOffset());
         else
             std::copy_n(offset + 3 * k, 3, to_offset + 3 * k);
-    const std::optional<int> least = leastOf({to_offset, size_t(3) * K}, kCompactOffsetBits); // of the slots that stay
+    // least exponent over the slots that stay
+    const std::optional<int> least = leastOf({to_offset, size_t(3) * K}, kCompactOffsetBits);
     for (uint32_t k = 0; k < K; ++k)
         if (!masked[k])
             put(kLeverOffsets, offset + 3 * k, 3, place / n * plan.costs.place, to_offset + 3 * k, least);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A model with some of its slots and anchors left out and the rest on coarser steps, in memory, as a renderer reads it.
+// A model in memory, as a renderer reads it, with slots and anchors left out and the other values rounded to coarser steps.
 #pragma once
 
 #include "convert/bake/weights/importance.h"
@@ -21,18 +21,18 @@ class Workers;
 enum Lever : uint32_t {
     kLeverSlots = 1u << 0,    // slots that add least are masked
     kLeverAnchors = 1u << 1,  // anchors that add least are left out
-    kLeverFeatures = 1u << 2, // features, offsets and scales on power-of-two steps, which each anchor has its own of
-    kLeverOffsets = 1u << 3,
-    kLeverScales = 1u << 4,
-    kLeverNetworks = 1u << 5, // networks in halves
-    kLeverOrder = 1u << 6,    // the order of the checkpoint's rows is not kept
-    kLeverCompact = 1u << 7,  // steps at least so coarse that a GPU holds them in half of the bytes (kModelCompact)
+    kLeverFeatures = 1u << 2, // features rounded to steps of a power of two, chosen per anchor
+    kLeverOffsets = 1u << 3,  // offsets, likewise
+    kLeverScales = 1u << 4,   // scales, likewise
+    kLeverNetworks = 1u << 5, // networks rounded to halves
+    kLeverOrder = 1u << 6,    // anchors reordered: the order of the checkpoint's rows is lost
+    kLeverCompact = 1u << 7,  // steps so coarse that a GPU holds them in half of the bytes (kModelCompact)
 };
-constexpr uint32_t kLevers = 8, kAllLevers = kLeverCompact - 1; // all that make only the archive smaller
+constexpr uint32_t kLevers = 8, kAllLevers = kLeverCompact - 1; // all levers that only make the archive smaller
 extern const char* const kLeverNames[kLevers];
 
 // Factors of the cost of an error: a change of a value by x costs `x^2 * importance * factor` in summed squared error.
-// One each for a feature, a place, the logarithm of a size, and for a slot and an anchor that are left out.
+// Factors for a feature, a position, the logarithm of a size, and for leaving out a slot or an anchor.
 struct ErrorCosts {
     double feature = 0.02, place = 0.05, size = 0.05, slot = 0.2, anchor = 0.25;
 
@@ -41,7 +41,8 @@ struct ErrorCosts {
 
 struct BakePlan {
     uint32_t levers = kAllLevers;
-    double error = 0; // that a value may cost, in summed squared error: the one knob. 0 = only what never draws goes
+    // summed squared error that rounding one value may cost; 0 = only Gaussians that are never drawn go
+    double error = 0;
     ErrorCosts costs;
 
     bool operator==(const BakePlan&) const = default;
@@ -49,13 +50,13 @@ struct BakePlan {
 
 class ReducedModel {
 public:
-    // All must outlive this; after the last apply() `importance` is not read any more. `networks`: MLPW and MLPP in halves.
-    // 4 bytes for each value of a scale, an offset and a feature. `read`: of chunks of the source, may be empty.
+    // All arguments must outlive this, `importance` only until the last apply(). `weights`, `packed`: sections MLPW and MLPP in
+    // halves. Takes 4 bytes for each value of a scale, an offset and a feature. `read` is called for chunks of the source;
+    // may be empty.
     ReducedModel(const ModelView& source, const Importance& importance, const Workers& workers,
                  std::span<const std::byte> weights, std::span<const std::byte> packed, ChunkRead read = {});
 
-    // Starts from the source again, unless it is as the plan says already. The result does not depend on the number of
-    // threads.
+    // Applies the plan to the source, unless it is applied already. The result does not depend on the number of threads.
     void apply(const BakePlan& plan);
 
     [[nodiscard]] const ModelView& view() const { return m_view; }
@@ -71,7 +72,7 @@ public:
     [[nodiscard]] uint64_t leftOut() const { return m_anchors_out; }
     [[nodiscard]] uint64_t masked() const { return m_slots_out; } // slots of the anchors that stay
 
-    // Source numbers of the anchors as the file will have them, for the order of splats of equal depth.
+    // Sets the source indices that anchors will have in the file: they order splats of equal depth.
     void setOrder(std::vector<uint32_t> number);
 
 private:
@@ -90,12 +91,12 @@ private:
     std::unique_ptr<float[]> m_scale, m_offset, m_feature; // written by apply()
     std::vector<uint32_t> m_number;
     std::vector<uint8_t> m_left_out;
-    std::vector<uint16_t> m_masks; // per anchor: slots that are masked and were not
+    std::vector<uint16_t> m_masks; // per anchor: slots that this masks, beyond those masked before
     std::optional<BakePlan> m_applied;
     uint64_t m_anchors_out = 0, m_slots_out = 0;
     std::span<const std::byte> m_weights, m_packed;
-    double m_median_weight = 0, m_median_place = 0; // of slots that draw
-    double m_unseen_weight = 0, m_unseen_place = 0; // per slot, of anchors that no pose saw
+    double m_median_weight = 0, m_median_place = 0; // medians over the slots that draw
+    double m_unseen_weight = 0, m_unseen_place = 0; // per slot, for anchors that no pose saw
     ModelView m_view;
 };
 

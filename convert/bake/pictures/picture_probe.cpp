@@ -43,7 +43,7 @@ FrameOptions PictureProbe::optionsOf(const Camera& camera) const
 
 void PictureProbe::draw(size_t pose, std::vector<float>& pixels)
 {
-    // what a device holds lies on it; half of a city is in sight at most
+    // bands on the host only: a device has memory for all slots. At most half of a city is in sight
     const uint64_t slots = m_scene->anchorCount() * m_scene->view().params->n_offsets / 2;
     for (const ColumnRange& columns : pictureBands(m_shots[pose].camera.width, m_renderer->onHost() ? slots : 0))
         (void)drawColumns(pose, columns, pixels);
@@ -103,7 +103,7 @@ SetScore PictureProbe::score(const ModelView& model, size_t first, size_t count)
     return result;
 }
 
-// A pose of `count` to what is known of those before it.
+// Adds the score of a pose, of `count`, to those before it.
 void PictureProbe::add(size_t pose, const std::vector<float>& pixels, size_t count, SetScore& result) const
 {
     const Camera& camera = m_shots[pose].camera;

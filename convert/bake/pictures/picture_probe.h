@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of a changed model held against those of the whole one, from the same poses.
+// Compares pictures of a changed model with those of the whole model, from the same poses.
 #pragma once
 
 #include <gsc/camera.h>
@@ -24,55 +24,54 @@ struct PoseScore {
 
 struct SetScore {
     std::vector<PoseScore> poses;
-    double mse = 0; // mean of the poses'
+    double mse = 0; // mean over the poses
     double psnr = 0;
-    size_t worst = 0; // of `poses`
+    size_t worst = 0; // index of the worst in `poses`
 
     [[nodiscard]] const PoseScore& worstPose() const { return poses[worst]; }
 };
 
-// Pictures of a file against those of the whole model, and what drawing them took.
+// Score of a file's pictures against the whole model's, and the time and memory of drawing them.
 struct FileScore {
-    Accuracy accuracy; // of the poses, in their order
+    Accuracy accuracy; // of the pictures of all poses, in their order
     std::string worst_pose;
-    std::vector<TimedFrame> frames; // of each pose the draw that took least on the device
-    uint64_t resident_bytes = 0;    // most that the renderer had in them
-    DeviceFacts device;             // asked for after the last of them
-    // Milliseconds in tier `fast`, one of kTimedDetails each, of a viewer who stops at every pose: the coarse copies that it
-    // needs are made before its draws are timed.
+    std::vector<TimedFrame> frames; // for each pose the shortest draw on the device
+    uint64_t resident_bytes = 0;    // most memory of the renderer while drawing
+    DeviceFacts device;             // asked for after the last draw
+    // Milliseconds of a frame in tier `fast` for each of kTimedDetails, as if a viewer stopped at every pose: the coarse
+    // copies are made before the draws are timed.
     std::array<double, std::size(kTimedDetails)> detail_ms{};
 };
 
-constexpr size_t kDrawsToMeasure = 4; // of each pose: what else the machine does is seldom in all of them
+constexpr size_t kDrawsToMeasure = 4; // repeats of each pose: other work on the machine seldom disturbs all of them
 
-// Draws in tier `exact`, but for what is timed with detail.
+// Draws in tier `exact`, except frames that are timed with detail.
 class PictureProbe {
 public:
     // `scene` is the whole model, which `renderer` has loaded. `told` is called after each picture, and after each pose that
     // was timed with detail.
     PictureProbe(std::shared_ptr<const Scene> scene, std::unique_ptr<Renderer> renderer, std::function<void()> told);
 
-    // Poses that scores are of, in this order.
+    // Adds poses to draw, in this order.
     void addPoses(const std::vector<Camera>& cameras);
     [[nodiscard]] const Camera& pose(size_t index) const { return m_shots[index].camera; }
-    // Draws the whole model from the poses [first, first + count), unless that is done. score() and measure() do so
-    // too.
+    // Draws the whole model from the poses [first, first + count), unless drawn already. score() and measure() call this.
     void drawWhole(size_t first, size_t count);
-    [[nodiscard]] size_t undrawn(size_t first, size_t count) const; // of those
+    [[nodiscard]] size_t undrawn(size_t first, size_t count) const; // poses of these without a picture yet
     // Score of `model`, drawn from the poses [first, first + count), against the whole model.
     [[nodiscard]] SetScore score(const ModelView& model, size_t first, size_t count);
     // Score of a file as by score(), with times of its frames.
     [[nodiscard]] FileScore measure(std::shared_ptr<const Scene> file, size_t first, size_t count);
-    // As an eye of a frame, with the options it is drawn with.
+    // Eye and options that a camera is drawn with.
     [[nodiscard]] EyeParams eyeOf(const Camera& camera) const;
     [[nodiscard]] FrameOptions optionsOf(const Camera& camera) const;
 
 private:
     void draw(size_t pose, std::vector<float>& pixels);
-    // Some columns of a picture; the others stay as they were.
+    // Draws some columns of a picture; the others keep their pixels.
     TimedFrame drawColumns(size_t pose, const ColumnRange& columns, std::vector<float>& pixels);
 
-    // Medians over the poses with one detail, in milliseconds.
+    // Median frame time over the poses with one detail, milliseconds.
     double timeDetail(unsigned detail, size_t first, size_t count);
     void add(size_t pose, const std::vector<float>& pixels, size_t count, SetScore& result) const;
 
@@ -81,7 +80,7 @@ private:
     bool m_whole_loaded = true;
     std::function<void()> m_told;
     std::vector<Shot> m_shots;
-    std::vector<std::vector<float>> m_pictures; // of the whole model; empty = undrawn
+    std::vector<std::vector<float>> m_pictures; // pictures of the whole model; empty = not drawn yet
 };
 
 } // namespace gsc

@@ -34,7 +34,7 @@ double distance(const Camera& a, const Camera& b)
     return glm::distance(positionOf(a), positionOf(b));
 }
 
-double cosineBetween(const Camera& a, const Camera& b) // of where they look
+double cosineBetween(const Camera& a, const Camera& b) // cosine of the angle between their axes
 {
     double cosine = 0;
     for (int i = 0; i < 3; ++i)
@@ -42,7 +42,7 @@ double cosineBetween(const Camera& a, const Camera& b) // of where they look
     return cosine;
 }
 
-// Whether what lies between is likely a pose of the same walk: no more than a turn of 30 degrees, and no jump.
+// True if poses between two cameras are likely on the same walk: a turn of 30 degrees at most, and no jump.
 bool lookAlike(const Camera& a, const Camera& b, double usual_step)
 {
     return cosineBetween(a, b) > std::cos(0.5236) && distance(a, b) <= 2 * usual_step;
@@ -120,7 +120,7 @@ PoseSets splitPoses(std::vector<Camera> cameras, const PoseLimits& limits)
         if (i + 1 < cameras.size() && lookAlike(cameras[i], cameras[i + 1], usual))
             (i % 4 == 1 ? search_between : verdict_between).push_back(betweenCameras(cameras[i], cameras[i + 1], 0.5));
     }
-    // as many of the cameras themselves as there is room for, then of the others
+    // as many of the cameras themselves as the limit allows, then poses between cameras
     const auto join = [](std::vector<Camera>& set, std::vector<Camera>& between, size_t most) {
         const size_t room = most - std::min(most, set.size());
         between = takeEvenly(std::move(between), std::max(room, most / 2));

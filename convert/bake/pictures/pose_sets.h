@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The poses a bake looks from: three sets that share none.
+// The poses of a bake, in three sets without a common pose.
 #pragma once
 
 #include <gsc/camera.h>
@@ -9,27 +9,27 @@
 namespace gsc {
 
 struct PoseSets {
-    std::vector<Camera> weights; // what slots and anchors are worth is found here
-    std::vector<Camera> search;  // how far values may go
-    std::vector<Camera> verdict; // never looked from before: what the result is worth
+    std::vector<Camera> weights; // for the importance of slots and anchors
+    std::vector<Camera> search;  // for how far values may be rounded
+    std::vector<Camera> verdict; // used by nothing before: for the quality of the result
 };
 
 struct PoseLimits {
-    size_t weights = 48, search = 14, verdict = 16; // of weights, kMostImportancePoses at most
-    uint32_t most_pixels = 1'000'000;               // of a picture: larger ones are drawn smaller
+    size_t weights = 48, search = 14, verdict = 16; // most poses of each set; weights: kMostImportancePoses at most
+    uint32_t most_pixels = 1'000'000;               // most pixels of a picture: larger ones are drawn smaller
 };
 
-// Cameras in the order of their names, which is that of the capture where there is one. Each four that follow each
-// other give: the first and the third weights, the second the search, the fourth the verdict. Poses on the way join
-// them: weights take one near each other camera, three fifths of the way to it from the nearest that gives weights;
-// search and verdict take those halfway from their cameras to the next. Over a limit, evenly spread ones are taken.
-// Precondition: four cameras or more, finished.
+// Splits cameras in the order of their names, usually the order of capture. In each row of four, the first and the third
+// go to weights, the second to search, the fourth to verdict. Poses between cameras are added: to weights one near each
+// camera of the other sets, three fifths of the way to it from the nearest camera of weights; to search and verdict those
+// halfway from their cameras to the next. A set over its limit is thinned evenly. Precondition: four finished cameras or
+// more.
 [[nodiscard]] PoseSets splitPoses(std::vector<Camera> cameras, const PoseLimits& limits);
 
-// Keeps the first of cameras with the same place and direction.
+// Removes cameras whose place and direction an earlier camera has.
 void leaveOutRepeats(std::vector<Camera>& cameras);
 
-// `share` of the way from one camera to another, as large as the first.
+// Camera at `share` of the way from one to another, with the size of the first.
 [[nodiscard]] Camera betweenCameras(const Camera& from, const Camera& to, double share);
 
 } // namespace gsc

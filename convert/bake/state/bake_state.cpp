@@ -26,7 +26,7 @@ namespace {
 
 constexpr char kStateMagic[8] = {'g', 's', 'c', '-', 'b', 'a', 'k', 'e'};
 constexpr uint32_t kStateVersion = 1;
-// Before the first file is written, what writing costs is taken from its bytes; a slower disk shows at the second.
+// Before the first write, its time is estimated from the bytes; a slower disk is noticed at the second.
 constexpr double kBytesPerSecond = 1e9, kLeastPauses = 100;
 
 struct StateHeader {
@@ -40,7 +40,7 @@ struct StateHeader {
     uint32_t places;      // 40
     uint32_t reserved;    // 44  zero
     BakeSizes before;     // 48  of the source
-    uint64_t checksum;    // 120 XXH3-64 of what is before it, then of the facts
+    uint64_t checksum;    // 120 XXH3-64 of the header before it, then of the facts
 };
 static_assert(sizeof(BakeSizes) == 72 && sizeof(StateHeader) == 128);
 static_assert(std::is_trivially_copyable_v<StateHeader> && std::is_standard_layout_v<StateHeader>);
@@ -184,7 +184,7 @@ BakeState::~BakeState()
 {
     struct stat owned {};
     if (m_owned.fd >= 0 && ::fstat(m_owned.fd, &owned) == 0 && owned.st_size == 0 && isOwned())
-        ::unlink(resolveOutput(m_path).c_str()); // nothing was measured
+        ::unlink(resolveOutput(m_path).c_str()); // no measurement is in it
 }
 
 void BakeState::own(Descriptor file)
@@ -250,7 +250,7 @@ void BakeState::readScores(int fd, uint64_t begin, uint64_t end)
         if (checksum != checksum64(std::span(bytes).first(bytes.size() - sizeof(checksum)))) {
             if (begin + bytes.size() != end)
                 failState(m_path, "is damaged: the checksum of a score is another");
-            break; // a power cut may leave the length of what was added without its bytes
+            break; // a power cut may leave the new length of the file without the new bytes
         }
         if (record.count > m_most_poses || record.worst >= record.count)
             failState(m_path, "is damaged: a score is of more poses than there are");
@@ -316,7 +316,7 @@ void BakeState::write(const BakeSizes& before, const Importance& importance)
     header.checksum = checksumOf(header, m_facts);
     if (!isOwned())
         failInUse(m_path);
-    { // which owns the new file until then
+    { // this block owns the new file until it is renamed
         OutputFile file(m_path, OutputKind::Binary, true);
         file.write(bytesOf(header));
         file.write(m_facts);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measurements of a bake, in a file, so that a bake that was stopped goes on from there.
+// File of a bake's measurements, from which a stopped bake continues.
 //
 //   [StateHeader][facts][weight][place][seen][alive][checksum][score record]...
 //
-// Little-endian, nothing between the parts; 1 byte an anchor and 9 a slot, and few beside them. All but the records is
-// written at once, to a temporary that is then renamed. A record, of some hundred bytes, is added behind; one that was cut
-// short, which can only be the last, is as if it had never been.
+// Little-endian, without gaps; some 1 byte per anchor and 9 per slot. All but the records is written at once, to a temporary
+// file that is then renamed. Records, some hundred bytes each, are appended; a record that was cut short, which can only be
+// the last, is ignored.
 #pragma once
 
 #include "convert/bake/model/archive_size.h"
@@ -45,12 +45,11 @@ struct Descriptor {
 
 class BakeState {
 public:
-    // Reads the file at `path` where there is one, but for its importance. `facts`: lines "name: value", all that what is
-    // measured depends on, and the same where a bake goes on. `most_poses`: of a score. `seconds`: between two files that
-    // are written while importance is found, at least; 0 = no pause is needed. Throws Error: InvalidFile for a file that is
-    // damaged, of other facts or no state at all, which then stays as it is; as checkOutput() of a binary file; Io, also
-    // where another bake has it. From then on the file is this one's (flock); an empty one stands there until there is
-    // more, and goes with this.
+    // Reads the file at `path`, if it exists, except its importance. `facts`: lines "name: value" that the measurements
+    // depend on; a bake continues only with equal facts. `most_poses`: most poses of a score. `seconds`: least time between
+    // two writes while importance is measured; 0 = no pause. Throws Error: InvalidFile for a file that is damaged, has other
+    // facts or is no state, and leaves it untouched; as checkOutput() of a binary file; Io, also if another bake uses it.
+    // Locks the file until the end (flock); makes an empty one if there is none, and removes it if it stays empty.
     BakeState(const std::string& path, std::vector<std::string> facts, size_t most_poses, double seconds);
     BakeState(BakeState&&) noexcept = default;
     BakeState& operator=(BakeState&&) = delete;
@@ -58,21 +57,21 @@ public:
 
     // Poses that the importance in the file was found from; 0 = there is no file.
     [[nodiscard]] uint32_t poses() const { return m_poses; }
-    [[nodiscard]] const BakeSizes& before() const { return m_before; } // of the source; of a file that there is
-    [[nodiscard]] bool hasScores() const { return !m_scores.empty(); } // that were found there and not taken
+    [[nodiscard]] const BakeSizes& before() const { return m_before; } // sizes of the source; only if there is a file
+    // scores of the file that take() has not used yet
+    [[nodiscard]] bool hasScores() const { return !m_scores.empty(); }
 
     // Reads the file's importance straight into the arrays, which have its sizes. Precondition: poses() > 0. Throws
     // Error(InvalidFile, Io).
     void read(Importance& importance) const;
-    // Whether so much time has passed that writing takes less than a hundredth of it.
+    // True if writing would take less than a hundredth of the time since the last write.
     [[nodiscard]] bool isDue(const Importance& importance) const;
-    // Replaces the file by one of this importance and no score, from the arrays as they lie. Throws Error(Io): the file is
-    // then the one before.
+    // Replaces the file by one with this importance and no scores. Throws Error(Io), which leaves the old file.
     void write(const BakeSizes& before, const Importance& importance);
 
-    // The first score that was found of a plan from the poses [first, first + count), once, without the poses' names.
+    // Returns the oldest unused score of a plan from the poses [first, first + count), without the poses' names, if any.
     std::optional<SetScore> take(const BakePlan& plan, size_t first, size_t count);
-    // Adds one to the file. Throws Error(Io): the file is then as it was.
+    // Appends a score to the file. Throws Error(Io), which leaves the file as it was.
     void add(const BakePlan& plan, size_t first, size_t count, const SetScore& score);
 
 private:
@@ -83,28 +82,27 @@ private:
     };
 
     void open();
-    void own(Descriptor file); // takes it over, or throws
+    void own(Descriptor file); // takes the file over, or throws
     [[nodiscard]] bool isOwned() const;
     void readScores(int fd, uint64_t begin, uint64_t end);
     [[nodiscard]] size_t recordBytes() const;
 
     std::string m_path, m_facts;
     size_t m_most_poses;
-    double m_seconds, m_cost = 0; // of the last write, in seconds
+    double m_seconds, m_cost = 0; // least pause between writes; time of the last write; seconds
     std::chrono::steady_clock::time_point m_written = std::chrono::steady_clock::now();
-    Descriptor m_owned{-1}; // the file, as long as it is this one's
+    Descriptor m_owned{-1}; // the locked file
     uint32_t m_poses = 0;
     BakeSizes m_before;
-    uint64_t m_arrays = 0;              // where they begin in the file
-    std::optional<uint64_t> m_cut_from; // where a record begins that was cut short
+    uint64_t m_arrays = 0;              // offset of the arrays in the file
+    std::optional<uint64_t> m_cut_from; // offset of a record that was cut short
     std::vector<Found> m_scores;
 };
 
-// For a start, before anything costly is done: is what there is at `path`, if there is something, a state of this version?
-// Throws Error(InvalidFile, Io) if not.
+// Early check, before costly work: throws Error(InvalidFile, Io) if a file at `path` exists and is no state of this version.
 void checkBakeState(const std::string& path);
 
-// Removes a file that is not needed any more; where that fails `warnings` says so. Does nothing for an empty path.
+// Removes a file that is no longer needed; adds a warning if that fails. Does nothing for an empty path.
 void removeBakeState(const std::string& path, std::vector<std::string>& warnings);
 
 } // namespace gsc

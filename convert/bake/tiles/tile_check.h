@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether files can be tiles of one model.
+// Check that files can be tiles of one model.
 #pragma once
 
 #include <gsc/gsc_reader.h>
@@ -8,8 +8,8 @@
 
 namespace gsc {
 
-// Requires that parameters, networks and rows of the embedding, which decide the picture of an anchor, are equal in
-// both files. Throws Error(Difference) that names the first field that differs.
+// Throws Error(Difference), naming the field, where parameters, networks or embedding rows differ: they decide the picture
+// of an anchor.
 void checkSameModel(const GscView& first, const std::string& first_name, const GscView& other,
                     const std::string& other_name);
 

@@ -24,7 +24,7 @@ Json factOf(std::string_view manifest, const char* name)
     return json.contains(name) ? json[name] : Json(nullptr);
 }
 
-// That of this box within the one that the file was cut to before.
+// Common part of this box and the box that the file was cut to before.
 Json boxJson(const CropBox& box, const Json& before)
 {
     std::array<double, 3> from = box.from, to = box.to;

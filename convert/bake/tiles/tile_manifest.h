@@ -12,14 +12,14 @@
 namespace gsc {
 
 struct TileFacts {
-    std::vector<std::string_view> manifests; // of the files it is made of
-    bool one_model = false;                  // all were cut from one
+    std::vector<std::string_view> manifests; // manifests of the files it is made of
+    bool one_model = false;                  // all files were cut from one model
     uint64_t source_hash = 0;
-    std::optional<TileRecord> tile; // of what it is a part
+    std::optional<TileRecord> tile; // the model and rows that the file was cut from
     std::optional<CropBox> box;
 };
 
-// KnownSource::facts. A model that was cut and joined again, whole, gets the facts it had before.
+// KnownSource::facts of the file. A model that was cut and wholly joined again gets its old facts.
 [[nodiscard]] std::string tileFactsText(const TileFacts& facts);
 
 } // namespace gsc

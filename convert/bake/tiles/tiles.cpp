@@ -247,7 +247,7 @@ private:
     std::vector<GscView> m_views;
     TileRecord m_origin{};
     std::vector<AnchorPlace> m_places;
-    std::vector<uint32_t> m_rows; // of the model that all were cut from
+    std::vector<uint32_t> m_rows; // row of each anchor in the model that all were cut from
     TileReport m_report;
     bool m_some_compact = false;
 };

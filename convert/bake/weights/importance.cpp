@@ -67,7 +67,7 @@ struct ImportanceMeter::State {
         return size_t(model.chunks[anchor.chunk].anchor_first) + anchor.local;
     }
 
-    // Adds what the tiles of some columns found of each splat to its slot, in the order of the tiles.
+    // Adds the sums of the tiles of some columns to the slots of their splats, in the order of the tiles.
     void addUp(const EyeParams& eye, const ColumnRange& columns, size_t splats, uint64_t pairs)
     {
         of_splat.assign(splats, 0);
@@ -142,10 +142,10 @@ struct ImportanceMeter::State {
     const ModelView& model;
     CpuFrame frame;
     ChunkRead read;
-    std::vector<AnchorRun> runs; // of the model
+    std::vector<AnchorRun> runs; // all runs of the model
     Buffer<float> sums;
     std::vector<double> of_splat;
-    std::vector<Found> parts; // of splats that the edge of some columns may cut
+    std::vector<Found> parts; // parts of splats that the edge of some columns may cut
     Importance result;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bands of columns that a picture of a large model is drawn in, one after another: its pixels are the same, and what is held
-// of Gaussians, 110 to 160 bytes of each slot in sight of a city, does not grow with the model.
+// Bands of columns in which a large model is drawn, one after another: pixels stay the same, and the memory for Gaussians,
+// 110 to 160 bytes per slot in sight of a city, does not grow with the model.
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -13,7 +13,7 @@ namespace gsc {
 
 constexpr uint64_t kMostSlotsAtOnce = uint64_t(1) << 23; // 0.9 to 1.3 GB
 
-// Bands with about `most` of `slots` in sight each; one of all columns where that is enough.
+// Bands that each see about `most` of all `slots` in sight; one band of all columns if that is enough.
 inline std::vector<ColumnRange> pictureBands(uint32_t width, uint64_t slots, uint64_t most = kMostSlotsAtOnce)
 {
     const uint64_t steps = (width + kColumnStep - 1) / kColumnStep;

@@ -99,7 +99,8 @@ std::string bakeText(const BakeOptions& options, const BakeReport& report)
     const std::vector<int64_t> shares = leverShares(report);
     for (uint32_t i = 0; i < kLevers; ++i)
         if ((report.levers >> i & 1u) &&
-            (shares[i] != 0 || 1u << i != kLeverCompact)) // its steps may be in others' lines
+            // bytes that --compact saves may stand in the lines of other levers
+            (shares[i] != 0 || 1u << i != kLeverCompact))
             text += formatString("  %-9s %.1f bytes an anchor less\n", kLeverNames[i],
                                  double(shares[i]) / double(report.anchors));
     text += formatString("weights     %s; drawn by %s\n", formatCount(report.weight_poses, "pose").c_str(),

@@ -61,7 +61,7 @@ std::vector<Camera> camerasOf(const Scene& scene, const GaussianExportOptions& o
     return cameras;
 }
 
-// Those that are fitted, and those that judge.
+// Cameras to fit to, and cameras to measure the loss with.
 struct Views {
     std::vector<Shot> fit, judges;
 };
@@ -110,7 +110,7 @@ GaussianLoss lossOf(const GaussianSet& set, const std::shared_ptr<const Scene>& 
     return loss;
 }
 
-// The file is written then: where memory is too short for this, only the loss is not told.
+// The file is written before: if memory is too short here, only the loss is missing.
 void judge(const GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<Shot>& judges,
            const GaussianExportOptions& options, Reporter& report, GaussianExport& result)
 {
@@ -180,7 +180,7 @@ bool isOfLevels(const std::filesystem::path& entry)
 
 constexpr FolderKind kLodFolder = {"folder of levels", "gsc export --lod", {kLodMetaName, nullptr}, isOfLevels};
 
-// Writes the levels, and reads each back to tell what it lost. `set` is gone then.
+// Writes the levels, and reads each back to measure its loss. Frees `set`.
 void exportLevels(GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<Shot>& judges,
                   const GaussianExportOptions& options, Reporter& report, NewFolder& folder, GaussianExport& result)
 {
@@ -216,8 +216,8 @@ void exportLevels(GaussianSet& set, const std::shared_ptr<const Scene>& scene, c
     folder.commit();
 }
 
-// Takes what was fitted. A PLY's rows are written at once, so that one may be larger than memory: its Gaussians are then not
-// kept, and nothing tells what it lost.
+// Takes the fitted Gaussians. Rows of a PLY are written at once, so that the file may be larger than memory: its
+// Gaussians are then not kept, and its loss is not measured.
 class Gathering {
 public:
     Gathering(const GaussianExportOptions& options, int degree, OutputFile* output)
@@ -286,7 +286,7 @@ private:
     int m_degree;
     bool m_is_ply;
     uint64_t m_budget;
-    OutputFile* m_output = nullptr; // of a PLY
+    OutputFile* m_output = nullptr; // the PLY that is written; null = another format
 };
 
 OrderedJson lossJson(const std::optional<GaussianLoss>& loss)

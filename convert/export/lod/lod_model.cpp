@@ -17,7 +17,7 @@ namespace {
 // The exported levels but the stand-ins, finest first. Each entry is the finest of the model's own levels in it.
 std::vector<uint16_t> ownLevels(const GaussianSet& set)
 {
-    std::vector<size_t> counts; // of the model's levels, from the coarsest to each
+    std::vector<size_t> counts; // Gaussians of the model's levels, from the coarsest up to each
     for (const uint16_t level : set.level) {
         counts.resize(std::max(counts.size(), size_t(level) + 1));
         ++counts[level];

@@ -14,14 +14,15 @@
 
 namespace gsc {
 
-constexpr size_t kLodLeafGaussians = 1u << 15; // of the finest level
-constexpr size_t kLodFewGaussians = 1u << 14;  // that need no coarser level: a quarter of a megabyte
+constexpr size_t kLodLeafGaussians = 1u << 15; // most Gaussians of the finest level in a leaf
+constexpr size_t kLodFewGaussians = 1u << 14;  // a model of so few needs no coarser level: a quarter of a megabyte
 constexpr size_t kMostLods = 8;
 
 struct LodNode {
-    float least[3], most[3];        // of its Gaussians of all levels, a standard deviation round their centres
+    float least[3], most[3];        // box of its Gaussians of all levels, each a standard deviation round its centre
     std::vector<uint32_t> children; // two, or none of a leaf
-    std::vector<std::vector<uint32_t>> levels; // of a leaf: its Gaussians
+    // for each level, the indices of the leaf's Gaussians; empty in an inner node
+    std::vector<std::vector<uint32_t>> levels;
 };
 
 struct LodModel {

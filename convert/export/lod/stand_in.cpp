@@ -109,7 +109,7 @@ void splitInSpace(const GaussianSet& set, std::span<uint32_t> which, size_t firs
             axis = c;
     std::ranges::nth_element(which, which.begin() + std::ptrdiff_t(first), [&](uint32_t a, uint32_t b) {
         const float p = set.position[size_t(3) * a + axis], q = set.position[size_t(3) * b + axis];
-        return p != q ? p < q : a < b; // the same on any machine
+        return p != q ? p < q : a < b; // index decides: any machine gives the same order
     });
 }
 

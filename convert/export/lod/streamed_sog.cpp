@@ -27,7 +27,7 @@ struct Chunk {
     size_t level;
     std::string folder;
     std::vector<uint32_t> gaussians;
-    std::vector<size_t> ends; // of its leaves
+    std::vector<size_t> ends; // end of each of its leaves
 };
 
 class Layout {
@@ -88,7 +88,7 @@ private:
     }
 
     const LodModel& m_model;
-    std::vector<std::vector<std::pair<size_t, Run>>> m_runs; // of each node, with their levels
+    std::vector<std::vector<std::pair<size_t, Run>>> m_runs; // runs of each node, with their levels
 };
 
 void collectFiles(const Json& node, const std::string& level, std::set<size_t>& files)

@@ -15,7 +15,7 @@
 namespace gsc {
 
 constexpr const char* kLodMetaName = "lod-meta.json";
-constexpr size_t kLodChunkGaussians = 1u << 17; // at most, unless a leaf alone has more
+constexpr size_t kLodChunkGaussians = 1u << 17; // most Gaussians of a chunk, unless a single leaf has more
 
 // Takes a file of the folder; `name` may have one folder before it. May throw.
 using NamedFileSink = std::function<void(const std::string& name, std::span<const std::byte> content)>;

@@ -12,7 +12,7 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kBins = 4096;         // of the density
+constexpr size_t kBins = 4096;         // buckets of the density
 constexpr int kLloyd = 64, kPower = 3; // steps; more change nothing that a picture shows
 
 // Cells of equal error at high resolution.
@@ -42,7 +42,8 @@ struct Cell {
 
     bool operator<(const Cell& other) const
     {
-        return error != other.error ? error < other.error : first > other.first; // the same on any machine
+        // position decides: any machine gives the same order
+        return error != other.error ? error < other.error : first > other.first;
     }
 };
 
@@ -73,7 +74,7 @@ public:
         }
         for (; !open.empty(); open.pop())
             closed.push_back(open.top());
-        std::ranges::sort(closed, {}, &Cell::first); // so that neighbours are alike
+        std::ranges::sort(closed, {}, &Cell::first); // neighbours in the list are then alike
         Palette palette{m_size, {}, std::vector<uint32_t>(m_order.size())};
         for (size_t i = 0; i < closed.size(); ++i) {
             (void)cellOf(closed[i].first, closed[i].end);

@@ -25,7 +25,7 @@ Codebook makeCodebook(std::vector<float> numbers);
 struct Palette {
     size_t size = 0;
     std::vector<float> centers;   // their means
-    std::vector<uint32_t> labels; // of each vector: which centre stands for it
+    std::vector<uint32_t> labels; // for each vector, the centre that stands for it
 };
 
 // At most `most` centres: the set with the largest squared error is cut in two across its longest axis, at its mean, until

@@ -24,7 +24,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr size_t kPaletteRow = 64, kMostPalette = 65536; // centres of an image's row, and of 16 bits
 constexpr float kSteps = 65535;
-constexpr uint8_t kLargest = 252; // what an orientation's alpha counts from
+constexpr uint8_t kLargest = 252; // alpha 252 + n: component n of the rotation is the largest, and left out
 
 // Places are stored by their logarithms: fine near the origin, coarse far away.
 double packed(double place)
@@ -111,13 +111,13 @@ std::vector<uint32_t> mortonOrder(const Places& places, std::span<const size_t> 
     return order;
 }
 
-// The images of a file and what its meta.json says.
+// The images of a file, and the values of its meta.json.
 class SogWriter {
 public:
     SogWriter(const GaussianSet& set, std::span<const size_t> ends)
         : m_set(set), m_places(set), m_order(mortonOrder(m_places, ends))
     {
-        // as square as rows of a multiple of four make it
+        // nearly square, with a width that is a multiple of four
         m_width = uint32_t(std::ceil(std::sqrt(double(set.size())) / 4) * 4);
         m_height = uint32_t((set.size() + m_width - 1) / m_width);
         if (m_width > kMostWebpPixels)
@@ -226,7 +226,7 @@ private:
 
     const GaussianSet& m_set;
     Places m_places;
-    std::vector<uint32_t> m_order; // of the file
+    std::vector<uint32_t> m_order; // order of the Gaussians in the file
     uint32_t m_width = 0, m_height = 0;
     Json m_meta;
     std::vector<std::pair<std::string, ByteImage>> m_images;

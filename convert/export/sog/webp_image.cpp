@@ -13,7 +13,7 @@ namespace gsc {
 
 namespace {
 
-constexpr int kEffort = 6; // of 0 to 9, libwebp's own default: more takes twice the time for 1 % of the bytes
+constexpr int kEffort = 6; // 0 to 9, libwebp's default: more takes twice the time for 1 % of the bytes
 
 } // namespace
 

@@ -10,7 +10,7 @@
 
 namespace gsc {
 
-constexpr uint32_t kMostWebpPixels = 16383; // of a side
+constexpr uint32_t kMostWebpPixels = 16383; // most pixels of a side
 
 // Rows from the top, red, green, blue, alpha.
 struct ByteImage {

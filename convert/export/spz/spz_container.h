@@ -17,12 +17,12 @@
 
 namespace gsc {
 
-constexpr size_t kSpzStreams = 6; // places, opacities, colours, sizes, orientations, harmonics
+constexpr size_t kSpzStreams = 6; // positions, opacities, colours, sizes, orientations, harmonics
 constexpr uint32_t kSpzMagic = 0x5053474e;
 
 struct SpzHeader {
     uint32_t count = 0;               // Gaussians
-    uint8_t degree = 0, fraction = 0; // of colours; bits behind the point of places
+    uint8_t degree = 0, fraction = 0; // degree of colours; bits behind the binary point of positions
 };
 
 std::array<uint64_t, kSpzStreams> spzStreamBytes(const SpzHeader& header);

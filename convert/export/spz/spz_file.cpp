@@ -18,14 +18,14 @@ constexpr size_t kPieceBytes = 1u << 18;
 constexpr int kMostFraction = 20; // bits: a micrometre where a unit is a metre
 constexpr float kColorScale = 0.15f, kHalfRoot = 0.70710678f;
 constexpr float kFlip[3] = {1, -1, -1};
-constexpr size_t kShBits[2] = {5, 4}; // that are kept of degree 1, and of the others
+constexpr size_t kShBits[2] = {5, 4}; // bits kept of coefficients of degree 1, and of higher degrees
 
 uint8_t byteOf(float value)
 {
     return uint8_t(std::clamp(std::round(value), 0.0f, 255.0f));
 }
 
-// Coefficients count from 128 in steps of 1 / 128; what is not kept of a byte packs to nothing.
+// Coefficients are bytes, 128 + 128 x value; the low bits that are not kept are 0, so that they compress well.
 uint8_t packSh(float value, size_t bits)
 {
     const int step = 1 << (8 - bits), exact = int(std::round(std::clamp(value, -2.0f, 2.0f) * 128)) + 128;

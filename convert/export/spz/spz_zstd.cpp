@@ -15,7 +15,7 @@ namespace {
 
 constexpr uint32_t kVersion = 4;
 constexpr size_t kHeaderBytes = 32, kEntryBytes = 16, kPieceBytes = 1u << 18;
-constexpr int kLevel = 12; // what Niantic's own writer takes
+constexpr int kLevel = 12; // level of Zstandard in Niantic's own writer
 
 struct Header {
     uint32_t magic, version, count;
@@ -74,8 +74,8 @@ private:
     std::vector<uint8_t> m_piece, m_out;
 };
 
-// Appends what the frame holds. False unless it is one whole frame of `raw_bytes`; memory grows with what was unpacked, not
-// with what a header says.
+// Appends the unpacked frame. Returns false unless `packed` is one whole frame of `raw_bytes`; memory grows with the
+// unpacked bytes, not with the size that a header claims.
 bool unpack(std::span<const std::byte> frame, uint64_t raw_bytes, std::vector<uint8_t>& bytes)
 {
     const std::unique_ptr<ZSTD_DCtx, size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(), ZSTD_freeDCtx);

@@ -20,14 +20,14 @@ struct ConfigValue {
     std::vector<ConfigValue> list; // List, Dict: values in the order of the file
     std::vector<std::string> keys; // Dict: of each value
 
-    void add(std::string key, ConfigValue value); // to a dictionary
+    void add(std::string key, ConfigValue value); // adds to a dictionary
     // Member of a dictionary by dotted path, such as "model_config.kwargs.fork"; null if absent.
     [[nodiscard]] const ConfigValue* find(std::string_view path) const;
     [[nodiscard]] bool states(std::string_view path) const; // present and not None
-    [[nodiscard]] bool isTrue() const;                      // as Python has it; of an Other it is not known
+    [[nodiscard]] bool isTrue() const;                      // Python's bool(); not known for an Other
     void setBool(bool value);
-    // The member, or `fallback` where it is absent or None. Throws Error(Unsupported) if it has another type, or is what
-    // has no value here; a bool is a number, and any value is true or false. `file` is used in messages only.
+    // The member, or `fallback` where it is absent or None. Throws Error(Unsupported) if it has another type or is an
+    // Other; a bool is a number, and any value is true or false. `file` is used in messages only.
     [[nodiscard]] bool getBool(std::string_view path, bool fallback, const std::string& file) const;
     [[nodiscard]] double getNumber(std::string_view path, double fallback, const std::string& file) const;
     [[nodiscard]] std::string getString(std::string_view path, const std::string& fallback,

@@ -31,7 +31,7 @@ protected:
         return m_tokens[std::min(m_next + ahead, m_tokens.size() - 1)];
     }
 
-    // Is the next token this operator or reserved word?
+    // True if the next token is this operator or reserved word.
     [[nodiscard]] bool at(std::string_view word, size_t ahead = 0) const
     {
         const PythonToken& token = peek(ahead);

@@ -45,7 +45,7 @@ public:
 
     ConfigValue run()
     {
-        if (m_tokens.size() <= 2 && m_tokens[0].kind != PythonKind::Literal) // nothing, or a word that nobody defined
+        if (m_tokens.size() <= 2 && m_tokens[0].kind != PythonKind::Literal) // no token, or an undefined word
             fail("does not start with 'Namespace('");
         ConfigValue value = expression(0);
         const bool is_tuple = at(",");
@@ -57,7 +57,7 @@ public:
     }
 
 private:
-    // Keeps what has no value here as text, from token `first` on.
+    // Keeps an expression that is no constant as text, from token `first` on.
     [[nodiscard]] ConfigValue other(size_t first) const
     {
         ConfigValue result;

@@ -26,7 +26,8 @@ bool isDigit(char c)
     return c >= '0' && c <= '9';
 }
 
-// ASCII alone: Python takes letters of every script, no setting has them, and what looks like a letter or a blank may be none.
+// ASCII alone: Python allows letters of every script, but no setting has them, and look-alikes of letters or blanks may
+// be none.
 bool isNameCharacter(char c)
 {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || isDigit(c) || c == '_';
@@ -150,7 +151,7 @@ private:
         const std::string_view end = triple ? m_text.substr(m_cursor, 3) : m_text.substr(m_cursor, 1);
         m_cursor += end.size();
         ConfigValue result;
-        // bytes, and what is put together when it is evaluated
+        // bytes, and strings that are composed when they are evaluated
         result.kind = letters.find_first_of("bBfFtT") != std::string_view::npos ? Kind::Other : Kind::String;
         for (;;) {
             // a backslash needs a character behind it
@@ -194,7 +195,7 @@ private:
                 fail("escape sequence in a string is broken");
             m_cursor = end + 1;
             result.kind = Kind::Other;
-        } else { // Python keeps what it does not know
+        } else { // Python keeps escapes that it does not know
             result.text += '\\';
             result.text += c;
         }
@@ -301,7 +302,7 @@ private:
     std::string_view m_text;
     const std::string& m_file;
     size_t m_cursor = 0;
-    size_t m_at = 0; // of the token that is being read
+    size_t m_at = 0; // offset of the token that is being read
     int m_brackets = 0;
     std::vector<PythonToken> m_tokens;
 };

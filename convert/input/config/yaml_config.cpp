@@ -77,7 +77,7 @@ bool readYamlNumber(std::string text, ConfigValue& value)
     return text.find(':') != std::string::npos ? readSixties(text, value) : readNumber(text, value);
 }
 
-// `tag` is what the file says of the type, "!" for a quoted text.
+// `tag`: the stated type, "!" for a quoted text.
 ConfigValue scalar(const std::string& text, const std::string& tag)
 {
     ConfigValue value;
@@ -95,8 +95,8 @@ ConfigValue scalar(const std::string& text, const std::string& tag)
     return value;
 }
 
-// Takes what "<<" brings in, a dictionary or a list of them, the first of which wins; the dictionary's own keys come later,
-// and the last of several wins.
+// Merges the value of "<<", a dictionary or a list of them, the first of which wins; the dictionary's own keys come
+// later, and the last of several wins.
 void merge(ConfigValue more, ConfigValue& into)
 {
     for (size_t i = more.list.size(); i-- > 0;) {

@@ -16,7 +16,7 @@ namespace {
 constexpr std::string_view kMagic = "\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19";
 constexpr std::string_view kMagicDigits = "119547037146038801333356";
 constexpr size_t kLeastMagic = 15;  // bytes of that pickle in protocol 2
-constexpr int64_t kProtocol = 1001; // the only one there has been
+constexpr int64_t kProtocol = 1001; // PyTorch has had no other
 
 constexpr std::pair<std::string_view, uint64_t> kElementBytes[] = {
     {"torch FloatStorage", 4}, {"torch DoubleStorage", 8}, {"torch HalfStorage", 2},  {"torch BFloat16Storage", 2},
@@ -45,7 +45,7 @@ private:
     struct Storage {
         std::string_view type;
         uint64_t count;
-        bool is_there = false; // its elements were found
+        bool is_there = false; // the elements were found
     };
 
     static std::string shown(std::string_view text) { return std::string(text.substr(0, 64)); }

@@ -86,7 +86,7 @@ private:
     std::span<const std::byte> m_bytes;
     const std::string& m_name;
     size_t m_cursor = 0;
-    size_t m_at = 0; // of the opcode being executed
+    size_t m_at = 0; // offset of the opcode being executed
 };
 
 } // namespace gsc

@@ -18,7 +18,7 @@
 
 namespace gsc {
 
-// Far above what a checkpoint of these trainers needs (about 150 values, 60 memo slots), far below what hurts.
+// Far above the needs of these trainers' checkpoints (about 150 values, 60 memo slots), far below a harmful size.
 constexpr size_t kMaxPickleValues = 1u << 18;
 constexpr size_t kMaxPickleMemo = 1u << 18;
 constexpr size_t kMaxPickleLine = 1u << 16; // characters of a value that protocol 0 writes as a line
@@ -121,7 +121,7 @@ protected:
         return text;
     }
 
-    // note: adding a value moves the others, so what this returns must not be used after push()
+    // note: push() moves values, so the returned pointer must not be used after it
     PickleValue& expect(uint32_t value, PickleKind kind, const char* what)
     {
         PickleValue& found = m_graph.values[value];

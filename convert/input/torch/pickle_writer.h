@@ -128,7 +128,7 @@ private:
     std::string m_bytes;
     std::map<std::string, uint32_t> m_slots;
     uint32_t m_next = 0;
-    std::map<std::string, std::span<const float>> m_storages; // by key, in string order: 0, 1, 10, 11, 2
+    std::map<std::string, std::span<const float>> m_storages; // sorted as strings: 0, 1, 10, 11, 2
 };
 
 } // namespace gsc

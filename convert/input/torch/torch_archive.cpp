@@ -21,15 +21,15 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kMaxDepth = 16;      // of modules within modules; upstream's reach 2
+constexpr size_t kMaxDepth = 16;      // depth of modules within modules; upstream's reach 2
 constexpr size_t kMaxPath = 512;      // characters of a tensor's or a module's name
 constexpr size_t kMaxVisits = 100000; // dictionary entries; a graph of shared values can unfold exponentially
 // Bytes of storages that are read, and of values that are made, for each byte of the archive. Trainers need one; views
 // of one storage by several tensors, and expanded dimensions, a few.
 constexpr uint64_t kMostTimes = 16;
 
-// Modules that hold another and compute what it computes: DistributedDataParallel and AveragedModel, torch.compile,
-// FullyShardedDataParallel, activation checkpointing.
+// Modules that only wrap another: DistributedDataParallel and AveragedModel, torch.compile, FullyShardedDataParallel,
+// activation checkpointing.
 constexpr std::string_view kWrappers[] = {"module", "_orig_mod", "_fsdp_wrapped_module", "_checkpoint_wrapped_module"};
 
 std::string text(const std::vector<std::byte>& bytes)
@@ -112,7 +112,7 @@ private:
                 invalid(formatString("more than %zu entries", kMaxVisits), "about 20");
             const PickleValue& key = m_graph.values[dict.items[i]];
             if (key.kind != PickleKind::String)
-                continue; // nothing of ours has such a key
+                continue; // no storage of our models has such a key
             // before it is copied: one text can be a key of any number of dictionaries
             if (path.size() + key.text.size() > kMaxPath)
                 invalid(formatString("key '%.64s' makes a name of %zu characters", key.text.c_str(),
@@ -155,7 +155,8 @@ private:
         NamedTensor tensor{name, source.shape, {}};
         if (count != 0) {
             const std::span<const std::byte> bytes = storageOf(source);
-            if (source.storage_count > bytes.size() / sizeof(float)) // of one storage, tensors may state several sizes
+            // several tensors may share a storage, so each may state another size
+            if (source.storage_count > bytes.size() / sizeof(float))
                 invalid("tensor '" + path + "' states a storage of more values than '" +
                             source.storage_key.substr(0, 64) + "' has",
                         "as many");
@@ -207,7 +208,7 @@ private:
         return m_storage;
     }
 
-    // Row by row of the last dimension; a dimension of any stride, 0 among them, is what torch.load takes.
+    // Copies row by row of the last dimension; a dimension may have any stride, 0 too, as in torch.load.
     void copyValues(const PickleTensor& source, const std::byte* first, std::vector<float>& values) const
     {
         const size_t dimensions = source.shape.size();
@@ -242,7 +243,7 @@ private:
     uint64_t m_read_left, m_made_left; // bytes
     const std::string& m_name;
     size_t m_visits = 0;
-    std::unordered_map<std::string, std::string> m_paths; // of each name, as the file has it
+    std::unordered_map<std::string, std::string> m_paths; // path in the file of each name
     std::string m_storage_key;
     std::span<const std::byte> m_storage;
     std::vector<std::byte> m_scratch;
@@ -287,7 +288,7 @@ constexpr Format kOtherFormats[] = {{8, "{\"", "a safetensors file"},
                                     {0, "ply\n", "a PLY file"},
                                     {257, "ustar", "a tar archive, as PyTorch before 0.1.10 saved it, or another one"}};
 
-// Names a file that is no archive of PyTorch's at all by what it is.
+// Refuses a file that is no archive of PyTorch's, and names its true kind.
 void refuseOtherFormats(std::span<const std::byte> bytes, const std::string& name)
 {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());

@@ -15,7 +15,8 @@
 
 namespace gsc {
 
-constexpr const char* kActivationClasses[] = {nullptr, "Tanh", "Sigmoid", "Softmax"}; // of each Activation
+// torch's class of each Activation
+constexpr const char* kActivationClasses[] = {nullptr, "Tanh", "Sigmoid", "Softmax"};
 
 struct NamedTensor {
     // Dotted path of attribute names or keys, such as "0.weight" or "opacity_mlp.0.weight". Names of wrappers that do

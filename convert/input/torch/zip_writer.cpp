@@ -9,7 +9,7 @@ namespace {
 
 constexpr uint64_t kPayloadAlignment = 64;
 constexpr uint16_t kFlags = 0x0808;           // data descriptor follows, UTF-8 names
-constexpr uint64_t kEndVersions = 0x002d031e; // "made by" 0x031e, "needed" 0x2d: what PyTorch's zip64 record holds
+constexpr uint64_t kEndVersions = 0x002d031e; // "made by" 0x031e, "needed" 0x2d: the values of PyTorch's zip64 record
 
 void put(std::vector<std::byte>& out, uint64_t value, size_t bytes)
 {

@@ -16,7 +16,7 @@ class ZipWriter {
 public:
     explicit ZipWriter(std::string folder) : m_folder(std::move(folder)) {}
 
-    void add(const std::string& member, std::span<const std::byte> content); // as <folder>/<member>
+    void add(const std::string& member, std::span<const std::byte> content); // adds <folder>/<member>
     void add(const std::string& member, const std::string& content);
     [[nodiscard]] std::vector<std::byte> finish();
 

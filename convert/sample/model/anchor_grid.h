@@ -28,7 +28,7 @@ AnchorGrid scaffoldGrid(double spacing);
 AnchorGrid octreeGrid(float low, float high, double spacing, uint32_t levels);
 
 GridCell cellOf(const AnchorGrid& grid, uint32_t level, dvec3 position);
-// Bit for bit what the trainer stores.
+// Equal to the trainer's stored position, bit for bit.
 void cellPosition(const AnchorGrid& grid, uint32_t level, const GridCell& cell, float out[3]);
 
 // Cells taken on one tile. Tiles own half-open boxes in x and y, so no cell can be taken twice on two tiles.

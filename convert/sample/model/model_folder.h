@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folder of a sample or a city. Other files in it are somebody's work: a .gsc, renderings, notes.
+// Folder of a sample or a city. Other files in it, such as a .gsc, renderings or notes, belong to the user.
 #pragma once
 
 #include "format/file/new_folder.h"

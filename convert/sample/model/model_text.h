@@ -12,7 +12,7 @@ namespace gsc {
 
 std::string plyHeader(uint64_t anchors, bool octree, uint32_t feat_dim, uint32_t n_offsets);
 
-// Values that differ between sample models; the rest is what training with the shipped scripts leaves.
+// Values that differ between sample models; all others are those of training with the shipped scripts.
 struct TrainingArguments {
     std::string scene; // last part of source_path and model_path
     bool everything_on = false;
@@ -29,7 +29,7 @@ std::string camerasJson(const std::vector<SourceCamera>& cameras);
 
 // A trajectory of schemas/trajectory.schema.json. Fields that are zero, empty or -1 are left out.
 struct CameraPath {
-    std::string name;        // of the file too
+    std::string name;        // name of the model and of its file
     double fps = 0, ipd = 0; // ipd in world units
     std::string description;
     double metre = 0; // world units

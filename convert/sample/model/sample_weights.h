@@ -13,7 +13,7 @@ constexpr uint32_t kSampleFeatures = 32;   // F
 constexpr uint32_t kSampleOffsets = 10;    // K
 constexpr uint32_t kSampleAppearance = 32; // A with everything on
 
-// Where a feature vector holds what. Colours are logits: the colour MLP ends in a sigmoid.
+// Meaning of each value of a feature vector. Colours are logits: the colour MLP ends in a sigmoid.
 constexpr uint32_t kFeatureBase = 0;     // 3: colour of the anchor
 constexpr uint32_t kFeatureLight = 3;    // K: Gaussian k is lighter (all channels)
 constexpr uint32_t kFeatureHue = 13;     // K: Gaussian k is bluer (along kHueAxis)
@@ -25,7 +25,7 @@ constexpr uint32_t kFeatureRagged = 31;  // spread of orientation, size and opac
 
 constexpr float kBaseLimit = 3.5f, kLightLimit = 2.5f, kHueLimit = 2.5f, kTurnLimit = 2.0f;
 constexpr float kHueAxis[3] = {-1.0f, 0.1f, 0.9f}; // orthogonal to the light axis (1, 1, 1)
-constexpr float kSizeShare = 0.9f;                 // of exp(scale_3..5) that the covariance MLP leaves
+constexpr float kSizeShare = 0.9f;                 // share of exp(scale_3..5) that the covariance MLP leaves
 
 struct SampleInputs {
     bool feature_bank = false, bank_distance = false, bank_level = false;

@@ -16,7 +16,7 @@ namespace gsc {
 constexpr double kArmLength = 0.7;  // metres
 constexpr double kWalkSpeed = 1.4;  // metres per second
 constexpr double kHeadsetRate = 72; // frames per second
-constexpr double kLiveRate = 90;    // of the paths that move as people do
+constexpr double kLiveRate = 90;    // frames per second of the paths that move as people do
 
 struct PathLens {
     uint32_t width = 2048, height = 2048; // pixels

@@ -46,7 +46,7 @@ PathsReport makePaths(const PathsOptions& options)
         }
     for (const std::string& name : options.only.empty() ? modelPathNames() : options.only)
         checkOutput(fileOf(options, name), OutputKind::Binary, options.overwrite, OutputFolder::IsMade);
-    checkOutputFolder(options.output, true); // what else is in it stays
+    checkOutputFolder(options.output, true); // other files in it stay
 
     const IssueSink sink = throwFirstIssue(options.input);
     const GscFile file(options.input, sink);

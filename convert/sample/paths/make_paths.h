@@ -25,7 +25,7 @@ struct PathsOptions {
 
 struct PathsReport {
     CaptureKind capture{};
-    size_t cameras = 0; // that see the model
+    size_t cameras = 0; // cameras that see the model
     double metre = 0;   // world units
     std::string metre_rule;
     std::vector<ModelPath> paths;

@@ -13,7 +13,7 @@ namespace gsc {
 
 namespace {
 
-constexpr double kSeconds = 4;       // of most paths
+constexpr double kSeconds = 4;       // length of most paths
 constexpr double kWalkSeconds = 3;   // 4.2 m
 constexpr double kOrbitSpeed = 25;   // degrees per second
 constexpr double kAscentSpeed = 4;   // metres per second
@@ -150,7 +150,7 @@ std::string levelSwing(const PathOrder& order, PathMaker& path)
     return formatString("four swings of %.2g m about %s", share * distance / order.metre(), about);
 }
 
-// As far as the middle half of the diagonal goes; metres per second.
+// Flies along the diagonal, within its middle half; `speed` in metres per second.
 std::string fly(const PathOrder& order, PathMaker& path, double speed, double most_seconds)
 {
     const FlightPace pace = flightPace(order.survey.site, speed, most_seconds, order.fps);
@@ -186,9 +186,9 @@ std::string lookAround(const PathOrder& order, PathMaker& path)
 
 struct NamedPath {
     const char* name;
-    std::string (*make)(const PathOrder&, PathMaker&); // adds the frames and says what they are
-    double fps = kHeadsetRate;                         // where none is asked for
-    bool flies = false;                                // only where cameras were in the air, or there are none
+    std::string (*make)(const PathOrder&, PathMaker&); // adds the frames and their description
+    double fps = kHeadsetRate;                         // rate if none is asked for
+    bool flies = false;                                // made only if cameras were in the air, or if there are none
 };
 
 constexpr NamedPath kPaths[] = {{"walk", walk},

@@ -12,7 +12,7 @@ namespace gsc {
 
 struct ModelPath {
     CameraPath path;
-    double least_share = 0; // of the well-seen anchors, in the image of the frame that sees fewest
+    double least_share = 0; // share of the well-seen anchors in the frame that shows fewest
     double top_speed = 0;   // metres per second between two frames, teleports left out
 };
 

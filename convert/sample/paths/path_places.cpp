@@ -11,7 +11,7 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kScorePoints = 12'000; // of the seen anchors, so that a search takes a second
+constexpr size_t kScorePoints = 12'000; // most seen anchors that count in scores, so that a search takes a second
 constexpr size_t kFamiliarPoints = 400;
 constexpr size_t kMostPlaces = 48;
 constexpr size_t kSurfaceAnchors =
@@ -27,7 +27,7 @@ dvec3 pitched(dvec3 forward, dvec3 up, double steepest)
 {
     const double height = std::clamp(dot(forward, up), -std::sin(degrees(steepest)), std::sin(degrees(steepest)));
     dvec3 flat = forward - up * dot(forward, up);
-    if (length(flat) < 1e-9) // some heading, the same each time
+    if (length(flat) < 1e-9) // any fixed heading will do
         flat = std::abs(up.x) < 0.9 ? cross(up, dvec3{1, 0, 0}) : cross(up, dvec3{0, 1, 0});
     return normalized(flat) * std::sqrt(1 - height * height) + up * height;
 }
@@ -90,7 +90,7 @@ void PathPlaces::findTarget()
                 const dvec3 d = p - eyeOf(m_survey.cameras[i]), forward = axisOf(m_survey.cameras[i], 2);
                 const double depth = dot(d, forward) / m_survey.distances[i];
                 const double aside = length(cross(normalized(d), forward));
-                // in the middle, at the distance of what the photograph shows: farther ones may be hidden
+                // in the middle, at the distance of the photographed surface: farther anchors may be hidden
                 if (depth > 0)
                     sum += std::exp(-8 * aside * aside - 4 * (depth - 1) * (depth - 1));
             }
@@ -126,7 +126,7 @@ std::vector<Walk> PathPlaces::walksOnGround(double metres) const
                 for (int i = 0; i <= steps; ++i)
                     ground = std::max(ground, groundNear(first + way * (i / double(steps))));
                 first = first + site.up * (ground + kEyeHeight * site.metre);
-                // photographed from above: the horizon is what such a model knows least
+                // photographed from above: such a model knows the horizon least
                 const dvec3 forward = radialDirection(site, degrees(heading), degrees(25));
                 const bool roof = ground > site.ground + kHighestShare * site.view_height;
                 (roof ? high : found).push_back({{first, forward}, {first + way, forward}});
@@ -179,7 +179,7 @@ Walk PathPlaces::walkThrough(double metres) const
         found = walksOnGround(metres);
     for (const Place& place : m_standing) {
         const dvec3 forward = level(m_target - place.position);
-        // from below or above the camera at most: what is behind it may be a wall
+        // from below or above the camera at most: a wall may be behind it
         const double before = dot(m_target - place.position, forward);
         for (const double beyond : {0.4, 0.2, 0.05})
             if (const dvec3 last = m_target + forward * (beyond * way); m_survey.kind != CaptureKind::Aerial)
@@ -248,7 +248,7 @@ Arc PathPlaces::arc(double width) const
     };
     for (const double nearer : {1.0, 0.75, 0.5, 0.35})
         round(m_target, distance * nearer, 15);
-    if (m_survey.kind == CaptureKind::Around) // the free space may be narrow: also round what is before a camera
+    if (m_survey.kind == CaptureKind::Around) // the free space may be narrow: also try the space in front of a camera
         for (const Place& place : everyNth(m_standing, 16))
             for (const double metres : {2.0, 3.5})
                 if (const double away = metres * site.metre; away < distance)
@@ -296,7 +296,7 @@ Place PathPlaces::closeUp(double& distance) const
     distance = std::max(kArmLength * m_survey.site.metre, 1.5 * m_survey.near_z);
     std::vector<Place> candidates;
     std::vector<double> depths;
-    // what a photograph shows in its middle is a surface, and the way there is free
+    // the middle of a photograph shows a surface, and the way there is free
     for (const Place& place : m_standing) {
         depths.clear();
         for (const dvec3& p : m_survey.seen) {

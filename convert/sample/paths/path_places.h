@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where in a surveyed model a path can lead: places in free space from which much is in sight. Nothing here knows what
-// hides what; free space is where photographs were taken, and elsewhere where no anchors are near.
+// Places in a surveyed model that a path can lead to: in free space, with much in sight. Occlusion is not known; space
+// is free where photographs were taken, and elsewhere if no anchors are near.
 #pragma once
 
 #include "convert/sample/paths/camera_motions.h"
@@ -17,7 +17,7 @@ struct Arc {
     double distance = 0, heading = 0, down = 0; // degrees; the heading is that of the arc's middle
 };
 
-// Where a turn of the head begins.
+// Place and heading at which a turn of the head begins.
 struct Turn {
     dvec3 eye{};
     double heading = 0; // degrees
@@ -36,17 +36,17 @@ public:
 
     // About `metres` long, among the cameras; of an aerial model above the ground at eye height.
     [[nodiscard]] Walk walk(double metres) const;
-    // A walk as walk(), through as many anchors as there are on a way of that length.
+    // A walk like walk(), through as many anchors as a way of that length can meet.
     [[nodiscard]] Walk walkThrough(double metres) const;
     // `width` degrees wide, as the cameras see the target.
     [[nodiscard]] Arc arc(double width) const;
-    // Where a turn by 180 degrees from the heading on has most in sight.
+    // Start of a turn by 180 degrees with most anchors in sight.
     [[nodiscard]] Turn turn() const;
     // At arm's length before a surface that a camera looked at, or as near as the near plane allows: `distance` before
     // it, world units.
     [[nodiscard]] Place closeUp(double& distance) const;
-    // Where most anchors in sight are one of the `distances` away, to within `reach`: `chosen` is which, 0 if none is
-    // anywhere.
+    // Place with most anchors in sight at one of the `distances`, to within `reach`. `chosen`: that distance, 0 if
+    // there is none.
     [[nodiscard]] Place amidLevels(const std::vector<double>& distances, double reach, double& chosen) const;
     // The survey's site, moved aside if need be, so that there is nothing from one share of its diagonal to another at
     // `height` above its ground.
@@ -74,14 +74,14 @@ private:
     [[nodiscard]] double freedom(dvec3 eye) const;
     [[nodiscard]] double groundNear(dvec3 position) const;
     void findTarget();
-    [[nodiscard]] dvec3 level(dvec3 direction) const; // its horizontal part, as a unit vector
+    [[nodiscard]] dvec3 level(dvec3 direction) const; // horizontal part of a direction, as a unit vector
 
     const ModelSurvey& m_survey;
     PathLens m_lens;
-    std::vector<dvec3> m_sample;   // of the seen anchors, for scores
+    std::vector<dvec3> m_sample;   // seen anchors that scores count
     std::vector<Place> m_standing; // the cameras, every n-th of many
     std::vector<Seen> m_familiar;
-    dvec3 m_target{}; // what most photographs have in their middle
+    dvec3 m_target{}; // point in the middle of most photographs
 };
 
 } // namespace gsc

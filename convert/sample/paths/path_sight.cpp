@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How good a place is: what is in sight from it, and how free it is.
+// Quality of a place: anchors in sight from it, and free space around it.
 #include "convert/sample/paths/path_places.h"
 
 #include <algorithm>
@@ -10,7 +10,7 @@ namespace gsc {
 namespace {
 
 constexpr double kBodyRadius = 0.5; // metres round the eye that should be empty
-constexpr double kCloseMetres = 2;  // what is closer in the middle of the image hides the rest
+constexpr double kCloseMetres = 2;  // anchors closer than this in the middle of the image hide the rest
 
 } // namespace
 
@@ -74,7 +74,7 @@ double PathPlaces::worth(const Place& place) const
            (1 + 0.5 * double(crowd(place.position, radius)) + 0.1 * double(seen.close));
 }
 
-// Where photographs were taken there is room: 1 there, less the farther away.
+// Room at a place: 1 where photographs were taken, less farther away.
 double PathPlaces::freedom(dvec3 eye) const
 {
     const bool high = m_survey.kind == CaptureKind::Aerial;
@@ -91,7 +91,7 @@ dvec3 PathPlaces::level(dvec3 direction) const
     return length(flat) > 1e-6 ? normalized(flat) : m_survey.site.axis[0];
 }
 
-// Height below which most anchors about a place on the ground are; the site's ground where there are none.
+// Height below which most anchors near a place on the ground are; the height of the site's ground if there are none.
 double PathPlaces::groundNear(dvec3 position) const
 {
     const PathSite& site = m_survey.site;

@@ -14,7 +14,7 @@ namespace gsc {
 // Distances from the camera at which an anchor without extra level changes its level, the coarsest level's first;
 // empty where there are no two levels.
 std::vector<double> levelBoundaries(const PathSite& site);
-// The one closest to `near_to` by ratio; `near_to` itself where there is none.
+// The distance closest to `near_to` by ratio; `near_to` itself if there is none.
 double levelBoundary(const PathSite& site, double near_to);
 
 // The point on the ground that orbit, zoom_out and level_swing look at.
@@ -34,7 +34,7 @@ constexpr double kFlightFrom = 0.25;
 // At `speed` metres per second, for `most_seconds` at most.
 FlightPace flightPace(const PathSite& site, double speed, double most_seconds, double fps);
 
-constexpr double kFlightSpeed = 25;          // of `flight`, metres per second
+constexpr double kFlightSpeed = 25;          // speed of `flight`, metres per second
 constexpr double kFlightSeconds[] = {2, 20}; // slower where the ground is too small for the first
 double flightSpeed(const PathSite& site);
 
@@ -43,7 +43,7 @@ double flightSpeed(const PathSite& site);
 // Precondition: low < high, view_height and metre above 0.
 std::vector<CameraPath> sitePaths(const PathSite& site);
 
-constexpr const char* kFirstPath = "paths/aerial.json"; // in the model folder
+constexpr const char* kFirstPath = "paths/aerial.json"; // path in the model folder
 // paths/NAME.json of each.
 void writeSitePaths(const NewFolder& folder, const std::vector<CameraPath>& paths);
 

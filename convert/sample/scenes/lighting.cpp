@@ -8,7 +8,7 @@ namespace gsc {
 
 namespace {
 
-constexpr double kCloseReach = 3.5; // metres within which a wall darkens what is next to it
+constexpr double kCloseReach = 3.5; // metres within which a wall darkens its surroundings
 constexpr double kOwnWall = 0.004;  // metres; a point this close to a box lies on it and is not darkened by it
 constexpr dvec3 kSunColor{1.70, 1.46, 1.08};
 constexpr dvec3 kSkyColor{0.29, 0.37, 0.54};
@@ -158,7 +158,7 @@ dvec3 SceneLight::roomLight(const NearOccluders& near, dvec3 position, dvec3 nor
                 beam = 0;
         light = light + dvec3{3.4, 2.9, 2.1} * (beam * dot(sun, normal));
     }
-    // what the walls and ceiling return: warm, brighter upwards, less in corners
+    // light from walls and ceiling: warm, brighter upwards, less in corners
     const double corner = std::min({kRoomHalf.x - std::abs(position.x), kRoomHalf.y - std::abs(position.y)});
     const double height = std::min(position.z, kRoomHeight - position.z);
     const double open =

@@ -30,9 +30,9 @@ private:
     [[nodiscard]] dvec3 roomLight(const NearOccluders& near, dvec3 position, dvec3 normal, double blur) const;
 
     const SceneSpec& m_spec;
-    NearOccluders m_all; // of the tile
+    NearOccluders m_all; // all occluders of the tile
     dvec3 m_sun{};
-    double m_top; // of the highest occluder
+    double m_top; // height of the highest occluder
 };
 
 // The window of the sample room, through which its daylight falls: x = const.

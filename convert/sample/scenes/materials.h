@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks of surfaces, averaged over the width of one Gaussian so that no detail is finer than what carries it.
+// Looks of surfaces, averaged over the width of one Gaussian, so that no detail is finer than a Gaussian.
 #pragma once
 
 #include "convert/sample/scenes/scene.h"
@@ -8,7 +8,7 @@ namespace gsc {
 
 struct MaterialSample {
     dvec3 reflectance{}; // linear
-    dvec3 emission{};    // linear; what does not depend on the light, such as a reflected sky
+    dvec3 emission{};    // linear; light of its own, such as a reflected sky
     double gloss = 0;    // 0..1, how strongly it mirrors the sky at grazing angles
     double wrap = 0;     // light that passes round edges (leaves, fabric)
 };

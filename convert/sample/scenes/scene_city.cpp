@@ -7,7 +7,7 @@ namespace gsc {
 namespace {
 
 constexpr double kHalf = 0.5 * kBlockPitch;
-constexpr double kLot = 22.5;     // half width of what may be built on
+constexpr double kLot = 22.5;     // half width of the building area
 constexpr double kTreeRow = 24.6; // street trees, metres from the centre of the block
 constexpr double kLane = 27.9;    // middle of a driving lane
 constexpr double kRiverHalf = 16;

@@ -189,7 +189,7 @@ void addTree(SceneTile& tile, double x, double y, double height, int lobes, Hash
     const dvec3 center{x, y, height - rz};
     const double turn = random.between(0, 2 * kPi);
     for (int i = 0; i < lobes; ++i) {
-        // one lobe on top, the others round it
+        // a lobe on top, the others round it
         const double a = turn + 2 * kPi * i / std::max(1, lobes - 1), out = i == 0 ? 0 : 0.5 * r;
         const double size = lobes == 1 ? 1 : i == 0 ? 0.74 : random.between(0.52, 0.66);
         const dvec3 shift{out * std::cos(a), out * std::sin(a),

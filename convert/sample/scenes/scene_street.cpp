@@ -7,7 +7,7 @@ namespace gsc {
 namespace {
 
 constexpr double kWall = 7.6; // metres from the middle of the street to the facades
-constexpr double kDepth = 9;  // of the houses
+constexpr double kDepth = 9;  // depth of the houses, metres
 
 } // namespace
 

@@ -142,7 +142,7 @@ SurfacePoint surfacePoint(const Surface& s, double u, double v)
 Surface sunkSurface(const Surface& surface, double inset)
 {
     Surface s = surface;
-    constexpr double kMostShrink = 0.35; // of the half size: something must be left of the smallest body
+    constexpr double kMostShrink = 0.35; // largest inset, in half sizes: something must be left of the smallest body
     if (s.shape == Surface::Shape::Quad) {
         const SurfacePoint middle = surfacePoint(s, 0.5, 0.5);
         const double half = 0.5 * std::min(0.5 * (rowWidth(s, 0) + rowWidth(s, 1)), columnHeight(s));

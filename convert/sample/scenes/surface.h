@@ -98,7 +98,7 @@ struct Cell {
 };
 
 CellLayout layoutCells(const Surface& surface, uint64_t count);
-// `row` is a cursor: pass 0 first, then what the last call left. Indices must not decrease.
+// `row` is a cursor: pass 0 first, then the value that the last call left. Indices must not decrease.
 Cell cellAt(const Surface& surface, const CellLayout& layout, uint64_t index, size_t& row);
 
 } // namespace gsc

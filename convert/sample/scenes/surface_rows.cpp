@@ -17,7 +17,8 @@ constexpr uint32_t K = kSampleOffsets;
 // Sigma in units of the distance between Gaussians: sharp, or so wide that nothing behind shows through.
 constexpr double kSharpSigma = 0.64, kCoarseSigma = 0.7, kClosedSigma = 0.8;
 constexpr float kOpacityLogit = -2.1972246f; // logit(0.1), upstream's constant
-constexpr uint64_t kDuplicateEvery = 97;     // of the finest level of an octree model shares its cell (trap 12)
+// every n-th anchor of an octree model's finest level shares its cell (trap 12)
+constexpr uint64_t kDuplicateEvery = 97;
 constexpr uint32_t kExtraSteps = 100;
 constexpr double kOneLightCell = 0.05; // metres; soft light in a room hardly changes over less
 

@@ -35,7 +35,7 @@ private:
     bool m_octree;
     SceneLight m_light;
     TakenCells m_taken;
-    double m_inset = 0; // of the current surface, metres; 0 at its finest level
+    double m_inset = 0; // inset of the current surface, metres; 0 at its finest level
     double m_body = 0;  // half its smallest size
     NearOccluders m_near_surface, m_near_cell;
     std::vector<float> m_rows;

@@ -20,14 +20,14 @@ constexpr uint32_t kSectionParts = fourCc("PART"); // ArchiveHeader, then Archiv
 constexpr uint32_t kSectionData = fourCc("DATA");  // the parts as they are stored
 constexpr uint32_t kArchiveFront = fourCc("HEAD"); // type of the part that holds header and table
 
-// A part may not stand for more than this many times its stored bytes, and this many bytes more: what a file can make a
-// reader take is in proportion to the file.
+// A part may not stand for more than this many times its stored bytes, plus this many bytes: so a reader's memory is in
+// proportion to the file.
 constexpr uint64_t kMaxExpansion = 4096;
 constexpr uint64_t kFreeExpansion = 1 << 20;
 
 // How a stream is stored. Numbers are never used again for something else.
 enum class Codec : uint16_t {
-    Raw = 0,  // as it is
+    Raw = 0,  // not compressed
     Zstd = 1, // byte planes (splitPlanes()), one Zstandard frame
     // Grid positions and source indices of a chunk, from the first byte of the one array to the last of the other:
     // OrderedHeader, then three pieces coded as Zstd does, or raw where one has its raw size. The Morton keys of `local`

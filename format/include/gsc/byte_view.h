@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bounds-checked access to bytes nobody vouches for.
+// Bounds-checked access to bytes from outside.
 #pragma once
 
 #include <cstddef>

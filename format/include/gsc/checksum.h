@@ -20,7 +20,7 @@ public:
     Checksum64& operator=(Checksum64&&) noexcept;
 
     void update(std::span<const std::byte> bytes);
-    [[nodiscard]] uint64_t digest() const; // of what was passed so far; more may follow
+    [[nodiscard]] uint64_t digest() const; // checksum of the bytes so far; more may follow
 
 private:
     struct State;

@@ -24,7 +24,7 @@ enum class ErrorCode : int {
     Interrupted = 130,
 };
 
-// As reports name it, such as "InvalidFile".
+// Name in reports, such as "InvalidFile".
 const char* errorName(ErrorCode code);
 
 // Settings and tools that a remedy speaks of. A program that tells the error adds its own words for them, such as an
@@ -32,15 +32,15 @@ const char* errorName(ErrorCode code);
 enum class Setting {
     DeviceMemory,  // budget of device memory
     CacheMemory,   // budget of the reuse cache
-    ImageSize,     // of a camera or frame
-    FieldOfView,   // of a camera
+    ImageSize,     // width and height of a camera or frame
+    FieldOfView,   // angle of view of a camera
     Detail,        // smallest detail drawn by itself
     Appearance,    // row of the appearance embedding
     CpuBackend,    // drawing with the backend cpu
     InjectedFault, // fault that a test asks for
     DeviceList,    // list of the devices of this machine
     Overwrite,     // permission to replace an output
-    ReportFormat,  // form of what goes to standard output
+    ReportFormat,  // format of standard output
     Validation,    // list of all that is wrong with a file
     Conversion,    // making a file from a checkpoint
     Unpacking,     // making the file of an archive
@@ -68,8 +68,8 @@ public:
         return std::move(*this);
     }
 
-    [[nodiscard]] Error about(const std::string& subject) const; // the same of another subject
-    [[nodiscard]] std::string withoutSubject() const;            // what() behind it
+    [[nodiscard]] Error about(const std::string& subject) const; // a copy with another subject
+    [[nodiscard]] std::string withoutSubject() const;            // what() without the subject and its colon
 
 private:
     ErrorCode m_code;

@@ -15,7 +15,7 @@ class GscFile {
 public:
     enum class Read {
         All,
-        Summary, // of an archive only what openGscSummary() reads is decoded; the rest is zero
+        Summary, // decode only the part of an archive that openGscSummary() reads; the rest is zero
     };
 
     // Reports every problem of an archive to `sink`; isSound() is then false. The content of a runtime file
@@ -28,7 +28,7 @@ public:
 
     [[nodiscard]] bool isSound() const noexcept { return m_sound; }
     [[nodiscard]] bool isArchive() const noexcept { return m_is_archive; }
-    [[nodiscard]] uint64_t storedBytes() const noexcept { return m_stored_bytes; } // on the disk
+    [[nodiscard]] uint64_t storedBytes() const noexcept { return m_stored_bytes; } // bytes on the disk
     // Aligned to 4096, valid as long as this object lives. Precondition: isSound().
     [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return m_bytes; }
     // Gives back the memory of the pages that `part` of bytes() lies in. Reading them again maps them again, from the

@@ -25,10 +25,10 @@ namespace gsc {
 // Like PNG's: the high bit, CR LF, ^Z and LF show a transfer that mangled bytes.
 constexpr unsigned char kMagic[8] = {0x89, 'G', 'S', 'C', 0x0d, 0x0a, 0x1a, 0x0a};
 constexpr uint16_t kVersionMajor = 1;    // bumped when an old reader must refuse the file
-constexpr uint16_t kVersionMinor = 1;    // bumped when an old reader may skip what it does not know
+constexpr uint16_t kVersionMinor = 1;    // raised for changes that an old reader may ignore
 constexpr uint64_t kSectionAlign = 4096; // a section can be mapped or pinned by itself
-constexpr uint64_t kPayloadAlign = 256;  // of a chunk payload in ANCH
-constexpr uint64_t kArrayAlign = 64;     // of an array in a chunk payload
+constexpr uint64_t kPayloadAlign = 256;  // alignment of a chunk payload in ANCH
+constexpr uint64_t kArrayAlign = 64;     // alignment of an array in a chunk payload
 constexpr uint32_t kGroupSize = 128;     // anchors per group; only the last group of a chunk may be shorter
 constexpr uint32_t kLeafLog2 = 3;        // 8^3 cells, the OpenVDB 5-4-3 tree
 constexpr uint32_t kChunkLog2 = 3 + 4;   // a lower node spans 16^3 leaves = 128^3 cells
@@ -264,8 +264,8 @@ struct LeafRecord {
 static_assert(sizeof(LeafRecord) == 24 && alignof(LeafRecord) == 4);
 static_assert(std::is_trivially_copyable_v<LeafRecord> && std::is_standard_layout_v<LeafRecord>);
 
-// How fast what an anchor draws changes with the view, in units of full scale; halves of zero or more, rounded up,
-// 65504 = that or more. kernels/sensitivity/sensitivity.h says what is measured. 4 bytes.
+// Change of an anchor's picture with the view, in units of full scale; halves of zero or more, rounded up, 65504 = that
+// or more. kernels/sensitivity/sensitivity.h defines it. 4 bytes.
 struct AnchorSensitivity {
     uint16_t direction; // 0 per unit of change of the unit view direction
     uint16_t distance;  // 2 per relative change of the distance, 0 where no network takes the distance
@@ -323,7 +323,7 @@ enum class ChunkArray : uint32_t {
 struct ChunkArrayLayout {
     uint64_t offset[uint32_t(ChunkArray::Count)]; // from the start of the payload
     uint64_t stride[uint32_t(ChunkArray::Count)]; // bytes per anchor; 0 = absent
-    uint64_t bytes;                               // of the payload
+    uint64_t bytes;                               // bytes of the payload
 };
 
 constexpr uint64_t alignUp(uint64_t value, uint64_t alignment)

@@ -38,7 +38,7 @@ struct GscView {
 
 enum class GscCheck {
     Index, // header, table, checksums and records of every section but ANCH: what a player needs to be safe
-    Full,  // and the checksum and content of every chunk payload
+    Full,  // Index, and the checksum and content of every chunk payload
 };
 
 // Opens `file` (aligned to 8 bytes, as a mapping is). Reports every problem to `sink`, which may be null, but at most

@@ -22,7 +22,7 @@ struct IssueInfo {
 
 struct Issue {
     const IssueInfo* info;
-    uint64_t offset;     // in the file, where the problem lies
+    uint64_t offset;     // offset of the problem in the file
     std::string pointer; // JSON-pointer-like place, such as "/chunks/17/payload_offset"
     std::string detail;  // formatted values
 };
@@ -35,7 +35,8 @@ std::span<const IssueInfo> allIssues();
 // One line of it. Precondition: `id` is in the table (constants: gsc_issues.h).
 const IssueInfo& issueInfo(uint16_t id);
 
-// Does the issue say that the file is newer than this reader, rather than damaged? Its exit code is then Unsupported.
+// True if the issue says that the file is newer than this reader, rather than damaged. Its exit code is then
+// Unsupported.
 bool isUnsupported(const IssueInfo& info);
 
 // The type of a section, "ANCH", printable.

@@ -38,7 +38,7 @@ public:
     // Writes table and header (`header` supplies anchor_count, source_hash, config_hash, profile; the rest is filled
     // in), fsync. `anchors_checksum` as SectionEntry::checksum says. Returns the file's size.
     uint64_t finish(const FileHeader& header, uint64_t anchors_checksum);
-    [[nodiscard]] const std::string& temporaryPath() const; // where the file lies until commit()
+    [[nodiscard]] const std::string& temporaryPath() const; // path of the file until commit()
     // Gives the finished file its name. Throws Error(Io); the target is then as it was.
     void commit();
 

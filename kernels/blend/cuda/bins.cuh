@@ -21,7 +21,7 @@ __device__ __forceinline__ BinOfEye binAt(const BlendCudaArgs& args, uint32_t i)
 // Where a bin lies in the image of its eye, and its list.
 struct Area {
     uint32_t eye, bin_x, bin_y; // pixels
-    uint32_t begin, end;        // of the keys
+    uint32_t begin, end;        // range of the keys
 };
 
 // False: left of the eye's image, or hidden by its lens.

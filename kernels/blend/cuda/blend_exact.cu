@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiled with -fmad=false: gaussianPower() fuses what the trainers' kernel fuses.
+// Compiled with -fmad=false: gaussianPower() fuses the same operations as the trainers' kernel.
 #include "kernels/blend/cuda/blend_kernel.cuh"
 
 namespace gsc {

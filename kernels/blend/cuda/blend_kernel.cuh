@@ -4,8 +4,8 @@
 // blend_exact.cu), because nvcc may fuse multiply-adds in one and not in the other. Pictures of either tier, costs and depths
 // come of the same kernels with other Rules (rules.cuh): the alpha of a splat at a pixel, the light behind it, where light ends.
 //
-// The unit of work is half a warp that blends a sub-tile of 32 pixels, two in a row for each lane: what is read and computed
-// of a splat serves both. A sub-tile takes only splats whose ellipse touches it (sub_tiles.cuh), four at a time without a
+// The unit of work is half a warp that blends a sub-tile of 32 pixels, two in a row for each lane, so that a splat is read
+// and computed once for both. A sub-tile takes only splats whose ellipse touches it (sub_tiles.cuh), four at a time without a
 // branch, until none of its pixels takes light. Bins wait in a queue, fullest first; bins.cuh says where one lies in an
 // eye's image, and how its pixels begin and end.
 //
@@ -53,7 +53,7 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const
     }
     GSC_DYNAMIC_SHARED(memory);
     using Shared = BlendShared<Rules, kRows>;
-    static_assert(sizeof(Shared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
+    static_assert(sizeof(Shared) <= 99 * 1024); // most that a block can have on compute capability 8.6, 8.9 and 12.0
     Shared& shared = *reinterpret_cast<Shared*>(memory);
     const uint32_t warp = threadIdx.x >> 5, g = threadIdx.x / kGroup;
     const uint32_t readers = args.shared_bins ? kMaxEyes : 1u;

@@ -104,8 +104,8 @@ struct LonePair {
     BinOfEye bin;
     uint32_t pair, from, to;
     uint32_t wanted;     // bit for either sub-tile
-    uint32_t first_unit; // of the list and its reader
-    uint32_t segments;   // that the list is cut into behind its first units
+    uint32_t first_unit; // number of the list's first unit for this reader
+    uint32_t segments;   // segments that the list is cut into behind its first units
     SegmentWay way;
 
     __device__ __forceinline__ uint32_t segment() const { return (from - kFirstUnits) / kSegmentUnits; }
@@ -125,7 +125,7 @@ __device__ __forceinline__ uint32_t segmentItem(const LonePair& work, uint32_t s
     return (work.list() + segment * kSegmentUnits) * T::kBinPairs + work.pair;
 }
 
-// Joins a segment that was blended in turn to what is before it. True: the next one is to be blended too.
+// Joins a segment that was blended in turn to those before it. Returns true if the next one is to be blended too.
 template <typename Rules, typename T>
 __device__ __forceinline__ bool endInTurn(const BlendCudaArgs& args, const LonePair& work, const Area& area,
                                           const PairPlace& place, bool wanted, const SegmentQueue& queue, const T& tile)
@@ -178,7 +178,7 @@ __device__ __forceinline__ void endApart(const BlendCudaArgs& args, const LonePa
     for (uint32_t i = 0; i < 2; ++i)
         if (wanted && !again)
             segments.store(work.segment(), i, tile.color[0][i], tile.transmittance[0][i]);
-        else if (tile.transmittance[0][i] > 0.0f) // its light ends here
+        else if (tile.transmittance[0][i] > 0.0f) // the pixel's light ends here
             segments.storeColor(work.segment(), i, tile.color[0][i]);
     __threadfence();
     __syncwarp();
@@ -290,7 +290,7 @@ __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
     using T = LoneTile<kRows>;
     __shared__ LoneShared<Rules> shared[kLoneThreads / kHalf];
     const uint32_t lane = threadIdx.x & 31u;
-    // first segments come first, then the other lists, then what the queue has
+    // order: first segments, then the other lists, then the queue
     uint32_t segment_pairs = 0, first_bin = 0;
     if constexpr (Rules::kSegments)
         if (part == LongPart::Behind) {
@@ -312,7 +312,7 @@ __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
         }
         next = __shfl_sync(~0u, next, 0);
         item = __shfl_sync(~0u, item, 0);
-        __syncwarp(); // what lane 0 has waited for is seen by all
+        __syncwarp(); // all lanes see the writes that lane 0 waited for
         LonePair work{};
         if (item != SegmentQueue::kNone) {
             work.way = next < segment_pairs                 ? SegmentWay::InTurn
@@ -345,7 +345,7 @@ __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
             work.to = min(all, work.from + kSegmentUnits);
         }
         area.begin += work.from * kTouchUnit;
-        uint32_t seen = 0; // by this half
+        uint32_t seen = 0; // splats seen by this half warp
         while (blendPair<Rules, T>(args, work, area, part == LongPart::First && work.to != all, queue,
                                    shared[threadIdx.x / kHalf], seen)) {
             area.begin += kSegmentUnits * kTouchUnit;

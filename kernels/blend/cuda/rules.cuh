@@ -29,10 +29,11 @@ struct FastRules {
     using Splat = PackedSplat;
     static constexpr bool kDepth = false;
     static constexpr bool kInBin = true;        // pixels are counted from the bin's first
-    static constexpr bool kCodes = true;        // what small splats touch is told by codes
+    static constexpr bool kCodes = true;        // codes tell which pixels a small splat touches
     static constexpr bool kOnBackground = true; // a pixel's colour starts as the background
     static constexpr bool kSegments = true;     // the longest lists are cut (segments.cuh)
-    static constexpr uint32_t kLoneBlocks = 6;  // of sub-tiles of long lists on a multiprocessor: 80 registers
+    // blocks per multiprocessor for sub-tiles of long lists: 80 registers a thread
+    static constexpr uint32_t kLoneBlocks = 6;
     static constexpr float kWholeLog2 = 118.005646563141f; // 126 - log2(255)
     static constexpr float kWhole = 0x1.010102p118f;       // 2^126 / 255
     struct alignas(16) Lit {
@@ -68,7 +69,7 @@ struct FastRules {
     {
         constexpr float kLog255 = 7.99435343685886f;
         const float a = s.factor[0], b = s.factor[1], c = s.factor[2], yy = b * b + c * c;
-        if (!(c * c > kTrustedDeterminant * yy && a > 0.0f)) // also what is no ellipse: upstream draws it all the same
+        if (!(c * c > kTrustedDeterminant * yy && a > 0.0f)) // or no ellipse at all, which upstream draws all the same
             return unbounded();
         return boundsOf(a * a, a * b, yy, a * c * (a * c), logOpacity(s) + kLog255 + 4e-3f);
     }
@@ -96,7 +97,7 @@ struct FastRules {
                 floorf((s.y + r + kTile - 1.0f) / kTile) * kTile - 1.0f};
     }
 
-    // Over kWhole, before the cap.
+    // Falloff at a pixel, in units of kWhole, before the cap on alpha.
     static __device__ __forceinline__ float falloff(const Lit& s, float px, float py)
     {
         const float u = fmaf(s.slope_x, px, fmaf(s.slope_y, py, s.u0)), v = fmaf(s.slope, py, s.v0);
@@ -184,7 +185,7 @@ struct ExactRules {
     {
         const float a = s.conic[0], b = s.conic[1], c = s.conic[2], det = a * c - b * b;
         // a determinant is a difference that thin ellipses make inexact
-        if (!(det > 1e-3f * a * c && a > 0.0f && c > 0.0f)) // also what is no ellipse: upstream draws it all the same
+        if (!(det > 1e-3f * a * c && a > 0.0f && c > 0.0f)) // or no ellipse at all, which upstream draws all the same
             return unbounded();
         return boundsOf(a, b, c, det, 2.0f * __logf(255.0f * s.opacity) + 4e-3f);
     }
@@ -237,10 +238,11 @@ struct ExactRules {
         }
     }
 
+    // Splat with an opacity of zero.
     static __device__ __forceinline__ Lit nothing()
     {
         return {};
-    } // its opacity is zero
+    }
 };
 
 // Models of either kind, for a kernel that is seldom wanted and not worth two.
@@ -293,7 +295,7 @@ struct CostRules : Base {
                                                                float x0, float y0)
     {
         typename Base::Lit lit = Base::light(s, args, x0, y0);
-        lit.color[0] = 1.0f; // that of nothing() is 0
+        lit.color[0] = 1.0f; // marks a splat; nothing() has 0
         return lit;
     }
 

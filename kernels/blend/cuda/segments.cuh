@@ -134,11 +134,11 @@ __device__ __forceinline__ SegmentPixel joined(const BlendCudaArgs& args, const 
 // is for the pixels whose light ends there. Each warp that asks gets a place of its own and polls only that: a thousand warps
 // that poll one word slow each other down. At the end every place still waited for gets kEnd.
 struct SegmentQueue {
-    static constexpr uint32_t kAgain = 1u << 31, kNone = ~0u; // nothing is asked for any more
+    static constexpr uint32_t kAgain = 1u << 31, kNone = ~0u; // kNone: no item will come any more
 
     PassCounters& pass;
     uint32_t* items;
-    uint32_t warps; // that may wait
+    uint32_t warps; // warps that may wait at the queue
 
     // Puts item(i) for i < count there. By one lane.
     template <typename F>

@@ -12,7 +12,7 @@ namespace gsc {
 constexpr uint32_t kBlendThreads = 256;
 constexpr uint32_t kGroup = 128; // threads that blend a bin together, unless its list is long
 constexpr uint32_t kGroups = kBlendThreads / kGroup;
-constexpr uint32_t kBlendBlocks = 3; // of a multiprocessor
+constexpr uint32_t kBlendBlocks = 3; // blocks per multiprocessor
 static_assert(kBinWidth == 32);
 
 // Threads of a block that blend a bin together.
@@ -157,7 +157,7 @@ __device__ __forceinline__ void blendKeys(const BlendCudaArgs& args, const Team&
         splat = fetch(at, slot);
         depth = depthOf(at, slot);
         slot = slotAt(at + kGroup);
-        if (!team.any(open != 0)) // also: the batch is complete, and nobody blends the one before the last any more
+        if (!team.any(open != 0)) // also a barrier: the batch is complete, and no thread blends the one before the last
             break;
         open = blendBatch<Rules>(batches.memory, batch, touched, min(kGroup, end - first), batches.lists, args,
                                  Rules::kInBin ? 0u : area.bin_x, Rules::kInBin ? 0u : area.bin_y, open, tile,

@@ -34,8 +34,9 @@ struct PixelBox {
     float x0, y0, x1, y1;
 };
 
-// How a bin is cut into sub-tiles of 32 pixels, and a warp's share of them: kRowCount pairs beside each other. Each half of
-// the warp blends one of a pair, a lane two pixels of a row: what is read and computed of a splat serves both.
+// How a bin is cut into sub-tiles of 32 pixels, and a warp's share of them: kRowCount pairs beside each other. Each
+// half of the warp blends one of a pair, a lane two pixels of a row, so that a splat is read and computed once for
+// both.
 template <uint32_t kWidthOfSubTile, uint32_t kBinHeight, uint32_t kRowCount>
 struct Tile {
     static constexpr uint32_t kWidth = kWidthOfSubTile, kHeight = 32 / kWidth, kLaneWidth = kWidth / 2;

@@ -9,9 +9,9 @@ namespace gsc {
 
 constexpr uint32_t kTouchThreads = 256;
 template <typename Rules>
-constexpr uint32_t kTouchBlocks = Rules::kCodes ? 4 : 3; // of a multiprocessor
+constexpr uint32_t kTouchBlocks = Rules::kCodes ? 4 : 3; // blocks per multiprocessor
 constexpr uint32_t kWarpKeys = kTouchUnit / (kTouchThreads / 32);
-constexpr uint32_t kUnitWords = kTouchUnit / 32; // of a sub-tile
+constexpr uint32_t kUnitWords = kTouchUnit / 32; // words of bits per unit and sub-tile
 static_assert(kWarpKeys == 256);                 // a warp writes two vectors of four words for each sub-tile
 
 // The sub-tiles of a bin that half a warp blends by itself. Narrow: far splats crowd in a few rows of pixels, and this spreads
@@ -92,7 +92,7 @@ __device__ __forceinline__ Touched touchedBy(uint32_t code, const TouchBin& bin)
 {
     constexpr uint32_t kColumns = T::kBinColumns, kRows = T::kBinRows * T::kHeight;
     static_assert(T::kWidth == kTouchColumn && 2 * kColumns == 16 && 2 * kRows <= 64);
-    // from as many columns, or 32 rows, before the bin: what lies there is shifted out
+    // from as many columns, or 32 rows, before the bin: bits outside of it are shifted out
     const uint32_t left = (code - bin.column * kColumns + kColumns) & 15u, top = ((code >> 6) - bin.y + 32u) & 63u;
     const uint32_t columns = ((2u << (code >> 4 & 3u)) - 1u) << left >> kColumns & ((1u << kColumns) - 1u);
     const uint32_t rows =
@@ -127,15 +127,15 @@ __device__ __forceinline__ Touched touchedBy(const typename Rules::Splat& splat,
             rowMask(splat.y - y0, bounds.extent_y, TouchPlanes<T>::kRows)};
 }
 
-// Words of each warp: slots of splats that have no code, then what they touch.
+// Words of each warp: slots of splats that have no code, then their touched pixels.
 template <typename T>
 struct TouchShared {
     uint32_t unknown[kTouchThreads / 32][kWarpKeys];
     uint32_t rows[kTouchThreads / 32][kTwoWords<T> ? kWarpKeys : 1];
 };
 
-// Finds what a lane's keys of a unit touch, of which it has every 32nd from the warp's first on. Every splat is fetched, all before
-// the first is looked at.
+// Finds the pixels that a lane's keys of a unit touch; the lane has every 32nd key from the warp's first on. Every
+// splat is fetched, all before the first is looked at.
 template <typename Rules, typename T, uint32_t kCount>
 __device__ __forceinline__ void touchOfSplats(const uint32_t (&slots)[kCount], const typename Rules::Splat* splats,
                                               const RasterConstants& rules, const TouchBin& bin,
@@ -154,8 +154,8 @@ __device__ __forceinline__ void touchOfSplats(const uint32_t (&slots)[kCount], c
     }
 }
 
-// Finds what a lane's keys touch from the codes of their splats. Splats without a code are fetched, by the lanes of the
-// warp together. keys: of the unit; first: the lane's.
+// Finds the pixels that a lane's keys touch, from the codes of their splats. The lanes of the warp fetch splats without
+// a code together. keys: of the unit; first: the lane's.
 template <typename Rules, typename T, uint32_t kCount>
 __device__ __forceinline__ void touchOfCodes(const uint32_t (&slots)[kCount], const uint32_t (&codes)[kCount],
                                              uint32_t first, uint32_t keys, const typename Rules::Splat* splats,
@@ -164,7 +164,7 @@ __device__ __forceinline__ void touchOfCodes(const uint32_t (&slots)[kCount], co
 {
     const uint32_t warp = threadIdx.x / 32, lane = threadIdx.x & 31u;
     uint32_t* const unknown = shared.unknown[warp];
-    uint32_t places[kCount], count = 0; // of those without a code
+    uint32_t places[kCount], count = 0; // splats of this lane without a code
     __syncwarp();                       // the last unit's are read
 #pragma unroll
     for (uint32_t i = 0; i < kCount; ++i) {
@@ -244,7 +244,7 @@ __global__ void __launch_bounds__(kTouchThreads, kTouchBlocks<Rules>)
         const uint32_t eye_column = bin % args.grid.columns - (unit.eye == 0 ? args.grid.shift[0] : args.grid.shift[1]);
         const uint32_t bin_y = bin / args.grid.columns * (8 * kRows);
         if (eye_column >= args.grid.columns || !args.lens[unit.eye].shows(eye_column, bin_y / kLensSquare))
-            continue; // as areaOf() has it
+            continue; // the rule of areaOf()
         if constexpr (Rules::kSegments)
             if (behind && unit.number == kFirstUnits && threadIdx.x == 0)
                 listSegments<T>(args, u, unfinishedOf(args, unit.entry, unit.eye));
@@ -282,7 +282,7 @@ __global__ void __launch_bounds__(kTouchThreads, kTouchBlocks<Rules>)
     }
 }
 
-constexpr uint32_t kPartKeys = 32 * kHalf; // of a unit: those whose bits half a warp holds, one word a lane
+constexpr uint32_t kPartKeys = 32 * kHalf; // keys of a part of a unit: half a warp holds their bits, one word a lane
 
 // The keys of a list that touch a sub-tile, from near to far. Each half of a warp has a sub-tile of its own, and holds the
 // bits of one part of its units, which it writes out as places of keys. All members: the whole warp together.
@@ -352,14 +352,14 @@ private:
         uint32_t bits = wants ? ahead_ : 0u;
         if (wants && ++part_ < parts_)
             ahead_ = load(part_, open);
-        auto sum = uint32_t(__popc(bits)); // of the lanes up to this
+        auto sum = uint32_t(__popc(bits)); // set bits of the lanes up to this one
 #pragma unroll
         for (uint32_t step = 1; step < kHalf; step *= 2) {
             const uint32_t left = __shfl_up_sync(~0u, sum, step);
             sum += lane >= step ? left : 0u;
         }
         __syncwarp();                                    // the last part's places are read
-        for (uint16_t* to = places_ + sum; bits != 0;) { // its last first
+        for (uint16_t* to = places_ + sum; bits != 0;) { // writes this lane's places from the last to the first
             const auto last = 31u - uint32_t(__clz(int(bits)));
             bits ^= 1u << last;
             *--to = uint16_t(32 * lane + last);
@@ -374,7 +374,7 @@ private:
 
     const uint32_t *words_, *rows_;
     uint16_t* places_;
-    uint32_t ahead_, parts_, part_ = 0, total_ = 0, taken_ = 0; // of this half
+    uint32_t ahead_, parts_, part_ = 0, total_ = 0, taken_ = 0; // state of this half warp
 };
 
 } // namespace gsc

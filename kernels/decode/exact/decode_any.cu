@@ -30,7 +30,7 @@ __global__ void __launch_bounds__(kThreads) decodeAnyKernel(const __grid_constan
         const float z = viewPoint<float>(eye, {placement[0], placement[1], placement[2]}).z;
         const auto emit = [&](const GaussianOf<float>& g) {
             const Footprint<float> f = projectGaussian<float>(eye, args.rules, g);
-            // what has no depth is counted in its anchor's pass
+            // a Gaussian without a depth counts in its anchor's pass
             if (args.pass.count > 1 && passOf(args.pass, args.grid, isFinite(f.depth) ? f.depth : z) != args.pass.index)
                 return;
             atomicAdd(&args.counters->gaussians[e], 1u);

@@ -15,7 +15,7 @@ constexpr uint32_t kExactOffsets = 10;               // Gaussians per anchor at 
 constexpr uint32_t kExactInputs = kFastFeatures + 5; // features, direction, distance, level
 constexpr uint32_t kExactHidden = 32;                // units of a head
 constexpr uint32_t kExactUnits = 3 * kExactHidden;
-constexpr uint32_t kExactColumns = 128; // of the second layers: 8 lane columns of 16 outputs
+constexpr uint32_t kExactColumns = 128; // columns of the second layers: 8 lane columns of 16 outputs
 
 // Weights as the tiles read them: a row per input. The second layers' outputs are dealt to lane columns of 16, one for
 // opacity, five for covariance, two for colour (exactColumn()).
@@ -26,8 +26,8 @@ struct alignas(16) ExactWeights {
     float second_bias[kExactColumns];
 };
 
-// Where output `t` of lane column `c` lies in a row of the second layers: the lanes of a warp then read 16 bytes each
-// that lie side by side.
+// Place of output `t` of lane column `c` in a row of the second layers: so the lanes of a warp read 16 adjacent bytes
+// each.
 GSC_HD uint32_t exactColumn(uint32_t c, uint32_t t)
 {
     return 32 * (t / 4) + 4 * c + t % 4;
@@ -36,13 +36,13 @@ GSC_HD uint32_t exactColumn(uint32_t c, uint32_t t)
 struct DecodeExactArgs : DecodeFrame {
     ModelView view; // everything in device memory, chunk arrays as they lie in the file; no `packed`
     int32_t appearance;
-    const ExactWeights* weights; // or null: one thread per anchor and eye
+    const ExactWeights* weights; // null: one thread per anchor and eye
     float* scratch;              // exactScratchValues(), or null where a thread's own memory is enough
     uint32_t scratch_values;
     ExactSplat* splats; // eye_count x slot_capacity
 };
 
-// Can the tiles decode the model? (canDecodeFast(), and at most kExactOffsets Gaussians per anchor)
+// True if the tiles can decode the model (canDecodeFast(), and at most kExactOffsets Gaussians per anchor).
 bool canDecodeTiled(const ModelView& model);
 // Preconditions: canDecodeTiled(); `model` lies in host memory; `appearance` is a row it has, or -1.
 ExactWeights packExact(const ModelView& model, int32_t appearance);
@@ -51,7 +51,7 @@ ExactWeights packExact(const ModelView& model, int32_t appearance);
 size_t exactScratchValues(uint32_t per_thread, uint32_t processors);
 
 // Slots that may stay unused beside those of the splats, for one eye. tiled: DecodeExactArgs::weights is not null.
-// shared_bytes: what a block may have of the device's shared memory.
+// shared_bytes: most shared memory of a block.
 uint32_t decodeExactGaps(bool tiled, uint32_t processors, size_t shared_bytes, uint32_t slot_capacity);
 void decodeExactCuda(const DecodeExactArgs& args, uint32_t processors, size_t shared_bytes,
                      CUstream_st* stream); // asynchronous

@@ -13,8 +13,8 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kMostWarps = 12;          // of a block, one per multiprocessor: with more, registers spill
-constexpr uint32_t kRows = 16;               // anchors of a warp
+constexpr uint32_t kMostWarps = 12; // warps of a block, one block per multiprocessor: with more, registers spill
+constexpr uint32_t kRows = 16;      // anchors of a warp
 constexpr uint32_t kHeadValues = 33 * kRows; // from a head's units to the next's: two heads meet in a bank, not three
 constexpr uint32_t kOutputs = 11 * kExactOffsets; // rows: opacity, covariance (k-major), colour (k-major)
 constexpr uint32_t kViewRows = 5;                 // direction, distance, level
@@ -24,7 +24,7 @@ static_assert(kUnitTile * 8 == kExactUnits && kOutputTile * 8 == kExactColumns);
 // A warp's room. Rows of 16 anchors.
 struct Room {
     float4 partial[kUnitTile][32]; // a lane's sums over the features, four anchors together
-    union {                        // of which one at a time
+    union {                        // one member is in use at a time
         float inputs[kFastFeatures][kRows];
         float hidden[3 * kHeadValues];
         float outputs[kOutputs][kRows];
@@ -69,7 +69,7 @@ __device__ __forceinline__ void multiplyAdd(const float4& a, const float4& w, ui
 // The features of the anchors in `rows`, a bit each, as rows of inputs.
 __device__ __forceinline__ void gatherFeatures(Room& room, uint32_t rows, uint32_t lane)
 {
-    constexpr uint32_t kParts = kFastFeatures / 4; // of an anchor's features
+    constexpr uint32_t kParts = kFastFeatures / 4; // parts of an anchor's features
 #pragma unroll
     for (uint32_t i = 0; i < kRows * kParts / 32; ++i) {
         const uint32_t row = (i * 32 + lane) / kParts, part = lane % kParts;
@@ -82,7 +82,7 @@ __device__ __forceinline__ void gatherFeatures(Room& room, uint32_t rows, uint32
     __syncwarp();
 }
 
-// The features after the bank, as bankFeature() has them: strided copies weighted by what a network makes of the view.
+// The features after the bank, as bankFeature() computes them: strided copies weighted by a network of the view.
 __device__ __forceinline__ void applyBank(const float* bank, Room& room, uint32_t lane)
 {
     const uint32_t row = lane % kRows, first = lane / kRows * (kFastFeatures / 2);
@@ -117,7 +117,7 @@ __device__ __forceinline__ void applyBank(const float* bank, Room& room, uint32_
     __syncwarp();
 }
 
-// Sums what the features add to the hidden units of all heads: units 32 j + 4 column + c of a lane's four anchors.
+// Sums the features' part of the hidden units of all heads: units 32 j + 4 column + c of a lane's four anchors.
 __device__ __forceinline__ void sumFeatures(const ExactWeights& weights, Room& room, uint32_t lane)
 {
     const uint32_t four = 4 * (lane & 3u), column = lane >> 2;
@@ -265,7 +265,7 @@ __device__ __forceinline__ void emitAlive(const DecodeExactArgs& args, uint32_t 
             const GaussianOf<float> g = gaussianAt(args, room, row, owner >> 8);
             const Footprint<float> f = projectGaussian<float>(eye, args.rules, g);
             bool here = true;
-            if (args.pass.count > 1) { // what has no depth is counted in its anchor's pass
+            if (args.pass.count > 1) { // a Gaussian without a depth counts in its anchor's pass
                 const float4 p = reinterpret_cast<const float4*>(args.model.placement)[room.anchors[row]];
                 const float z = isFinite(f.depth) ? f.depth : viewPoint<float>(eye, {p.x, p.y, p.z}).z;
                 here = passOf(args.pass, args.grid, z) == args.pass.index;
@@ -295,7 +295,7 @@ __device__ __forceinline__ void emitAlive(const DecodeExactArgs& args, uint32_t 
     }
 }
 
-// Fills a row of what the networks take of the view.
+// Fills a row of the networks' inputs that depend on the view.
 __device__ __forceinline__ void lookFrom(const DecodeExactArgs& args, const float* eye_center, Room& room,
                                          uint32_t lane, float level)
 {
@@ -373,7 +373,7 @@ __global__ void __launch_bounds__(kMostWarps * 32, 1) decodeExactKernel(const __
                 right = tally;
                 positive_right |= positive;
             }
-            __syncwarp(); // what the lanes read is written again
+            __syncwarp(); // before memory that the lanes read is written again
         }
     }
     const uint32_t positive = (positive_left ? 1u : 0u) | (positive_right ? 2u : 0u);

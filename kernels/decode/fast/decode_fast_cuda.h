@@ -30,16 +30,16 @@ struct DecodeWeights {
     std::vector<float> bank; // empty: no feature bank
 };
 
-constexpr uint32_t kMostDecodeWarps = 20; // of a block: 96 registers
+constexpr uint32_t kMostDecodeWarps = 20; // warps of a block: 96 registers a thread
 
-// Can the matrix-unit kernel decode the model? (32 features and hidden units, at most 12 Gaussians per anchor)
+// True if the matrix-unit kernel can decode the model (32 features and hidden units, at most 12 Gaussians per anchor).
 bool canDecodeFast(const ModelView& model);
 // Preconditions: canDecodeFast(); `model` lies in host memory; `appearance` is a row it has, or -1.
 DecodeWeights packFragments(const ModelView& model, int32_t appearance);
 
 // Slots that may stay unused beside those of the splats, for one eye.
 uint32_t decodeFastGaps(uint32_t processors, uint32_t slot_capacity);
-// Asynchronous. shared_bytes: what a block may have of the device's shared memory. The second is for a compact model.
+// Asynchronous. shared_bytes: most shared memory of a block. The second is for a compact model.
 void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, size_t shared_bytes, CUstream_st* stream);
 void decodeCompactCuda(const DecodeCudaArgs& args, uint32_t processors, size_t shared_bytes, CUstream_st* stream);
 

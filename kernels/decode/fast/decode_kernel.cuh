@@ -13,14 +13,14 @@
 
 namespace gsc {
 
-constexpr uint32_t kOutputs = 10; // of the networks for a Gaussian, but for its opacity
+constexpr uint32_t kOutputs = 10; // outputs of the networks per Gaussian, without its opacity
 
-// A warp's ring. kPair: a Gaussian has what the networks gave for each eye; else it has one set of outputs, and an opacity
-// for each eye.
+// A warp's ring. kPair: a Gaussian has the networks' outputs for each eye; else one set of outputs, and an opacity for
+// each eye.
 template <bool kPair>
 struct Waiting {
     static constexpr uint32_t kRoom = kPair ? 109 : 192;                          // 99 KiB for 8 warps: launchDecode()
-    static constexpr uint32_t kNew = kRows * 4 * kItemsPerLane / (kPair ? 2 : 1); // at most, of one look
+    static constexpr uint32_t kNew = kRows * 4 * kItemsPerLane / (kPair ? 2 : 1); // most new Gaussians of one look
     static_assert(kNew <= kRoom);
 
     float outputs[kPair ? 2 * (kOutputs + 1) : kOutputs + 2][kRoom]; // before activations; of each set the opacity last
@@ -46,8 +46,8 @@ struct WaitingRange {
     }
 };
 
-// Emits a warp's Gaussians in rounds of 32 as long as at least `least` (1 to 32) wait. The eyes take turns at a round, so
-// that what is the same for both is read once.
+// Emits a warp's Gaussians in rounds of 32 as long as at least `least` (1 to 32) wait. The eyes take turns at a round,
+// so that values common to both are read once.
 template <bool kCompact, bool kShared, bool kThins, bool kPair>
 __device__ __forceinline__ void emitWaiting(const DecodeCudaArgs& args, Waiting<kPair>& waiting, WaitingRange& range,
                                             uint32_t least, uint32_t lane, EyeTally& left, EyeTally& right)
@@ -86,8 +86,8 @@ __device__ __forceinline__ void emitWaiting(const DecodeCudaArgs& args, Waiting<
     __syncwarp(); // the ring is written anew
 }
 
-// Asks for what decoding reads of 16 anchors: lane i and i + 16 for that of entry i. They are not waited for until the next
-// step, by which they have come from memory.
+// Asks for the data that decoding reads of 16 anchors: lanes i and i + 16 for that of entry i. They are not waited for
+// until the next step, by which they have come from memory.
 template <bool kCompact>
 __device__ __forceinline__ void askForAnchors(const DecodeCudaArgs& args, uint32_t entry, uint32_t lane)
 {
@@ -154,7 +154,7 @@ __device__ __forceinline__ void decodeRows(const DecodeCudaArgs& args, const Dec
         firstLayer<kBank>(args, networks, lane, positions, centers, feature, levels, hidden);
     }
     constexpr uint32_t kSlots = kPair ? kItemsPerLane : 2 * kItemsPerLane; // Gaussians of a lane
-    constexpr uint32_t kEyes = kPair ? 1 : 2;                              // that a row may be seen by
+    constexpr uint32_t kEyes = kPair ? 1 : 2;                              // most eyes that see a row
     uint32_t keep = 0, at[kSlots];                                         // a bit for each
     {
         float opacity[kOpacityTiles][4]; // zero where an anchor has no such Gaussian: its weights and bias are
@@ -212,7 +212,7 @@ __global__ void __launch_bounds__(32 * kMostDecodeWarps) decodeKernel(const __gr
     DecodeNetworks& networks = *reinterpret_cast<DecodeNetworks*>(memory);
     loadNetworks<kBank>(args, networks);
 
-    constexpr uint32_t kLooks = kPair ? 2 : 1; // at the anchors of a step
+    constexpr uint32_t kLooks = kPair ? 2 : 1; // looks at the anchors of a step
     const uint32_t lane = threadIdx.x & 31u, g = lane >> 2;
     const uint32_t warp = (blockIdx.x * blockDim.x + threadIdx.x) >> 5, warps = gridDim.x * blockDim.x >> 5;
     const uint32_t count = min(*args.visible_count, args.visible_capacity);
@@ -221,12 +221,12 @@ __global__ void __launch_bounds__(32 * kMostDecodeWarps) decodeKernel(const __gr
     EyeTally left, right;
     uint32_t positive = 0; // bit per eye
     const auto entryAt = [&](uint32_t index) { return index < count ? args.visible[index] : 0u; };
-    // what must not wait, for the next look needs its room
+    // emits until the next look has room
     const uint32_t most_new = kRows / kLooks * args.model.params.n_offsets;
     const uint32_t too_many = min(32u, Waiting<kPair>::kRoom - most_new + 1);
 
-    // The first step is fixed; the others come from a queue, for their Gaussians differ in number. After the last one what
-    // still waits is emitted, in a step without anchors: this long code is there once.
+    // The first step is fixed; the others come from a queue, for their Gaussians differ in number. A last step without
+    // anchors emits the Gaussians that still wait: so this long code is there once.
     uint32_t first = warp * kRows;
     uint32_t entries = entryAt(first + (lane & 15u)); // 0: no anchor; from lane 16 on soon those of the next step
     while (true) {
@@ -249,7 +249,8 @@ __global__ void __launch_bounds__(32 * kMostDecodeWarps) decodeKernel(const __gr
                 }
                 decodeRows<kCompact, kBank, kPair>(args, networks, rows, lane, waiting, range, positive);
                 __syncwarp();
-                // of the next step, where the networks' registers are free, and later than what they need is asked for
+                // for the next step: here the networks' registers are free, and the networks' own inputs were asked for
+                // earlier
                 if (look == 0) {
                     next = warps * kRows + __shfl_sync(~0u, taken, 0);
                     if (lane >= 16)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last step of decoding in the tier `fast`: what the networks gave for a warp's Gaussians to splats in their slots,
+// Last step of decoding in the tier `fast`: from the networks' outputs for a warp's Gaussians to splats in their slots,
 // counted in their cells.
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace gsc {
 
-constexpr uint32_t kRows = 16; // of the networks: an anchor each, seen from one place
+constexpr uint32_t kRows = 16; // rows of the networks: an anchor each, seen from one place
 constexpr uint32_t kNoSlot = ~0u;
 
 // Bins of both boxes. Precondition: neither is kNoBins.
@@ -19,7 +19,7 @@ __device__ __forceinline__ uint32_t boxAround(uint32_t a, uint32_t b)
     return (__vminu4(a, b) & 0xffffu) | (__vmaxu4(a, b) & 0xffff0000u);
 }
 
-// Is it so thin that FastRules::box() may not bound it? With as much to spare as rounding takes.
+// True if the Gaussian is so thin that FastRules::box() may not bound it. The margin covers rounding.
 __device__ __forceinline__ bool isNeedle(const Candidate& splat)
 {
     const float b = __uint_as_float(splat.words[0].w), c = __uint_as_float(splat.words[1].x);
@@ -59,7 +59,7 @@ constexpr uint32_t kNoOrder = ~0u; // more than any
 // A Gaussian before its networks: the same for every eye.
 struct PlainGaussian {
     float position[3], extent[3];
-    uint32_t order; // of emission, or kNoOrder: its offset is not finite
+    uint32_t order; // number in the order of emission, or kNoOrder: its offset is not finite
     bool masked;    // never drawn: not for emitGaussian()
 };
 
@@ -78,7 +78,7 @@ __device__ __forceinline__ PlainGaussian plainGaussian(const DeviceModel& model,
             offset.masked};
 }
 
-// Counts of what one lane has emitted: 0 or 1, and pairs of a cell and a splat.
+// Counts of one lane's emitted Gaussians: 0 or 1, and pairs of a cell and a splat.
 struct Emitted {
     uint32_t alive, written, pairs;
 };
@@ -88,7 +88,7 @@ struct ActiveGaussian {
     float sigma[3], color[3], quaternion[4];
 };
 
-// of(i): what the networks gave, before activations: scale (0 to 2), rotation (3 to 6), colour (7 to 9).
+// of(i): output i of the networks, before activations: scale (0 to 2), rotation (3 to 6), colour (7 to 9).
 template <typename Outputs>
 __device__ __forceinline__ ActiveGaussian activeGaussian(const PlainGaussian& plain, const Outputs& of)
 {
@@ -129,7 +129,7 @@ __device__ __forceinline__ Emitted emitProjected(const DecodeCudaArgs& args, uin
                           passOf(args.pass, args.grid, viewPoint<float>(args.eyes[e], at).z) == args.pass.index;
         if (here) {
             emitted.alive = 1;
-            bool finite; // its geometry
+            bool finite; // position and covariance are finite
             drawn = project(out, finite);
             drawn = drawn & finite;
             if (!finite) // rare
@@ -156,7 +156,7 @@ __device__ __forceinline__ Emitted emitProjected(const DecodeCudaArgs& args, uin
         const bool fresh = drawn && (slot == kNoSlot || apart);
         SplatPlace first_alone{0, kNoBins};
         if (again && (!drawn || apart)) {
-            writeUnseen(args, e, slot, 0); // its order is read from the first eye's row
+            writeUnseen(args, e, slot, 0); // the splat's order is read from the first eye's row
             first_alone = args.places[slot];
         }
         const uint32_t reserved =

@@ -104,7 +104,7 @@ __device__ __forceinline__ void bankedFeatures(const uint32_t (&feature)[2][4], 
 struct DecodeNetworks {
     uint4 pairs[kPairTiles * 32];
     uint2 views[kFirstTiles * 32];
-    float4 biases[kSecondTiles * 4]; // of the second layers, as a lane's accumulators begin with them
+    float4 biases[kSecondTiles * 4]; // biases of the second layers, as a lane's accumulators begin with them
     alignas(16) float bank[kBankValues];
 };
 
@@ -236,8 +236,8 @@ __device__ __forceinline__ void firstLayer(const DecodeCudaArgs& args, const Dec
     }
 }
 
-// Where the Gaussians that this lane keeps come among those that the warp keeps: slot-major, so that neighbours share an
-// anchor. keep: a bit per slot of the lane. Returns their number over the warp.
+// Rank of this lane's Gaussians among those that the warp keeps: slot-major, so that neighbours share an anchor. keep:
+// a bit per slot of the lane. Returns their number over the warp.
 template <uint32_t kSlots>
 __device__ __forceinline__ uint32_t stagingIndices(uint32_t keep, uint32_t lane, uint32_t (&index)[kSlots])
 {

@@ -72,7 +72,7 @@ DecodeWeights packFragments(const ModelView& model, int32_t appearance)
     out.fragments.assign(size_t(kFragmentTiles) * kTileHalves, 0);
     out.biases.assign(kBiasCount, 0.0f);
 
-    std::vector<float> first_bias(8 * kFirstTiles); // as a half, and what that leaves
+    std::vector<float> first_bias(8 * kFirstTiles); // each bias as a half, and the rest as another
     for (uint32_t column = 0; column < first_bias.size(); ++column) {
         float& bias = first_bias[column];
         bias = packedWeights(model, header.first_bias_f32)[column];

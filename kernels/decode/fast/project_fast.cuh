@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Projection in the tier `fast`: a decoded Gaussian to what blending reads of it.
+// Projection in the tier `fast`: from a decoded Gaussian to the splat that blending reads.
 #pragma once
 
 #include "kernels/cuda/halves.cuh"
@@ -69,7 +69,7 @@ __device__ __forceinline__ bool projectRoot(const DecodeCudaArgs& args, uint32_t
         const float wanted = finestVariance(cosine, args.finest);
         const float has = sqrtf(fmaxf(det, 0.0f)); // geometric mean of both axes' variances
         if (drawn && has < wanted) {
-            drawn = foveationRank(order) < __fdividef(has, wanted); // its chance
+            drawn = foveationRank(order) < __fdividef(has, wanted); // drawn with this chance
             const float grows = __fdividef(wanted, has);
             a *= grows;
             b *= grows;
@@ -114,7 +114,7 @@ __device__ __forceinline__ bool projectRoot(const DecodeCudaArgs& args, uint32_t
         boxed ? touchCode(left0 / kTouchColumn, right1 / kTouchColumn - left0 / kTouchColumn, top0, bottom1 - top0)
               : kTouchUnknown;
     // the root of the inverse of the covariance, by Cholesky: its second pivot is 1 / c, whatever is left of the determinant
-    constexpr float kRoot = 0.849321800288019f; // of log2(e) / 2
+    constexpr float kRoot = 0.849321800288019f; // square root of log2(e) / 2
     const float inv_root_c = rsqrtf(c);
     const float along = kRoot * (c * inv_root_c) * rsqrtf(det), across = -b * (inv_root_c * inv_root_c) * along;
     out.words[0] = {__float_as_uint(x), __float_as_uint(y), __float_as_uint(along), __float_as_uint(across)};

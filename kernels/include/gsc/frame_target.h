@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the picture of an eye goes. Plain data, included by C++ and CUDA alike.
+// Destination of an eye's picture. Plain data, included by C++ and CUDA alike.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ enum class PixelFormat : uint32_t {
     Rgb32f = 0,  // 12 bytes, unclamped
     Rgba16f = 1, // 8 bytes, nearest half, even on a tie
     Rgba8 = 2,   // 4 bytes, nearest of 0 to 255 as 8-bit image files have it; below 0 and NaN 0
-    Bgra8 = 3,   // the same, blue first
+    Bgra8 = 3,   // Rgba8 with blue first
 };
 
 constexpr size_t pixelBytes(PixelFormat format)
@@ -32,12 +32,12 @@ struct FrameTarget {
     PixelFormat format = PixelFormat::Rgb32f;
     void* pixels = nullptr;         // height rows of `pitch` bytes; of Host and Device
     size_t pitch = 0;               // bytes from row to row, whole pixels; 0 = rows without a gap
-    unsigned long long surface = 0; // of Kind::Surface
-    // With depths, beside the pixels: fp32, view z (world units) of the first Gaussian behind which less than half of the
-    // light goes on, infinity where there is none.
+    unsigned long long surface = 0; // CUDA surface of Kind::Surface
+    // Memory for depths, beside the pixels: fp32, view z (world units) of the first Gaussian behind which less than
+    // half of the light goes on, infinity if there is none.
     float* depth = nullptr;               // height rows of `depth_pitch` bytes; of Host and Device; null = not wanted
     size_t depth_pitch = 0;               // bytes from row to row, whole values; 0 = rows without a gap
-    unsigned long long depth_surface = 0; // of Kind::Surface, one float a pixel; 0 = not wanted
+    unsigned long long depth_surface = 0; // CUDA surface of Kind::Surface, one float a pixel; 0 = not wanted
 
     [[nodiscard]] bool onHost() const { return kind == Kind::Host; }
     [[nodiscard]] constexpr bool hasDepth() const { return depth != nullptr || depth_surface != 0; }

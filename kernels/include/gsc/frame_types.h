@@ -36,7 +36,7 @@ struct EyeParams {
     float world_to_view[12];    // row-major 3 x 4: view = R * world + t
     float full_projection[16];  // row-major 4 x 4, column vectors: clip = P * W2C * world
     float center[3];            // camera centre, world units
-    float tan_fov_x, tan_fov_y; // half of what the image spans at depth 1: tangents of half a centred field of view
+    float tan_fov_x, tan_fov_y; // half of the image's extent at depth 1: tangents of half a centred field of view
     float tan_mid_x,
         tan_mid_y;          // right and down of the axis at depth 1 to the image's middle; 0 in the trainers' cameras
     float focal_x, focal_y; // pixels: size / (2 tan_fov)
@@ -84,11 +84,11 @@ struct ModelView {
 
 enum class Tier : uint32_t { Exact = 0, Fast = 1 };
 
-// When what an earlier frame decoded of an anchor may be drawn again (design section 5).
+// Rule for when decoded Gaussians of an earlier frame may be drawn again (design section 5).
 enum class ReusePolicy : uint32_t {
     None = 0,  // every visible anchor is decoded for every frame and eye
-    Depth = 1, // at most so many frames, fewer the more of the view is new: the GS-Cache paper's Algorithm 1
-    Error = 2, // as long as its predicted change stays within a bound; on a CPU
+    Depth = 1, // for a number of frames, fewer the more of the view is new: the GS-Cache paper's Algorithm 1
+    Error = 2, // again while its predicted change stays within a bound; on a CPU
 };
 
 // How ReusePolicy::Depth turns the share of visible anchors that are new into a depth.
@@ -98,27 +98,28 @@ struct ReuseOptions {
     ReusePolicy policy = ReusePolicy::None;
     uint32_t max_depth = 10; // Depth: frames an entry may be drawn after the one that decoded it
     DepthGuidance guidance = DepthGuidance::Linear;
-    float bound = 1; // Error: predicted change of what an anchor draws, in 1/255
+    float bound = 1; // Error: largest predicted change of an anchor's colours, in 1/255
     uint64_t decode_budget =
-        0; // anchors decoded per frame and eye, 0 = no limit; what no entry has is decoded all the same
+        0; // anchors decoded per frame and eye, 0 = no limit; anchors without an entry are decoded all the same
     uint64_t cache_bytes = 0; // most memory of decoded Gaussians, 0 = a quarter of the machine's
 };
 
 // Places that the networks look from when there are two eyes. In both modes each eye finds for itself which anchors it
 // sees, and where their Gaussians lie in its image.
 enum class StereoMode : uint32_t {
-    Exact = 0,  // from each eye
-    Merged = 1, // from the middle between them, once for both: the GS-Cache paper's; not with ReusePolicy::Error
+    Exact = 0, // networks look from each eye
+    // networks look once, from the middle between both eyes: the GS-Cache paper's; not with ReusePolicy::Error
+    Merged = 1,
 };
 
 // Meaning of the colours of a picture (kernels/present/false_colour.h). Places, shapes, opacities and depths are the
-// same in all, and so is what is kept for later frames.
+// same in all, and so are Gaussians kept for later frames.
 enum class FrameView : uint32_t {
-    Picture = 0, // what the model looks like
-    Level = 1,   // of a Gaussian: the level of its anchor
-    Age = 2,     // of a Gaussian: frames since its anchor was decoded or its coarse copy made, 0 = in this one
-    Cost = 3,    // of a pixel: Gaussians evaluated for it, which EyeCounts::blend_evaluations sums up
-    Detail = 4,  // of a Gaussian: whether its group of anchors is near, kept, stale or made (CoarseCounts)
+    Picture = 0, // the model itself
+    Level = 1,   // colour of a Gaussian: level of its anchor
+    Age = 2,     // colour of a Gaussian: frames since its anchor was decoded or its coarse copy made, 0 = in this one
+    Cost = 3,    // colour of a pixel: Gaussians evaluated for it, whose sum is EyeCounts::blend_evaluations
+    Detail = 4,  // colour of a Gaussian: whether its group of anchors is near, kept, stale or made (CoarseCounts)
 };
 constexpr uint32_t kFrameViews = 5;
 
@@ -130,7 +131,7 @@ struct Foveation {
     // Standard deviation, pixels, of the finest Gaussian at 40 degrees and beyond; within 12 degrees everything is drawn.
     // 0 = everywhere.
     float smallest = 0;           // at most kMostFoveaPixels
-    float gaze[kMaxEyes][2] = {}; // of each eye, right and down at depth 1; 0, 0 = along its axis
+    float gaze[kMaxEyes][2] = {}; // direction of each eye's gaze, right and down at depth 1; 0, 0 = along its axis
 
     bool operator==(const Foveation&) const = default;
 };
@@ -138,7 +139,7 @@ struct Foveation {
 constexpr float kMostDetail = 8; // pixels
 
 constexpr uint32_t kLensSquare = 32; // pixels, each side
-constexpr uint32_t kLensRows = 128;  // of squares that a LensShape tells about; what lies below is shown
+constexpr uint32_t kLensRows = 128;  // rows of squares that a LensShape tells about; the picture below them is shown
 
 // Part of an eye's picture that the lens in front of the eye shows: of each row of squares, columns from `first` up to
 // but not including `end`, in squares. Other squares are black and cost no blending; their depths are infinity.
@@ -155,7 +156,7 @@ struct LensShape {
 
 struct FrameOptions {
     Tier tier = Tier::Fast;
-    StereoMode stereo = StereoMode::Exact; // one eye is the same in both
+    StereoMode stereo = StereoMode::Exact; // no difference for one eye
     float background[3] = {0, 0, 0};
     int32_t appearance = -1;    // row of EMBD, -1 only if the model has none
     float near_z = 0;           // 0 = the model's (ModelParams::near_z)
@@ -170,27 +171,28 @@ struct FrameOptions {
     // that are far are drawn from coarse copies, which are kept from frame to frame (kernels/coarse/README.md). Not with
     // `reuse`, nor in the tier `exact` on a GPU. On a CPU ReuseOptions::cache_bytes bounds the memory of copies.
     float detail = 0;
-    // Columns of every eye that are drawn. Targets are of the whole image, and their other columns are not touched. Only
-    // what the columns can show is selected and decoded, and counts are of that. Pixels and depths are those of the whole
-    // image to the last byte in `exact`; in `fast` too, but for what kernels/README.md says of bands. With reuse every
-    // renderer keeps entries of its own: then they are within the bound that was asked for.
-    // empty_is_black means nothing here, because what one band does not show another may: the background is drawn. Where
-    // gaussians_visible is 0 in all bands of an eye, and the quirk is wanted, the caller draws the eye again as a whole.
+    // Columns of every eye that are drawn. Targets are of the whole image, and their other columns are not touched.
+    // Only anchors that the columns can show are selected and decoded, and counted. Pixels and depths are those of the
+    // whole image to the last byte in `exact`; in `fast` too, with the exceptions of bands in kernels/README.md. With
+    // reuse every renderer keeps entries of its own: then they are within the bound that was asked for. empty_is_black
+    // means nothing here, because a band without Gaussians may lie beside one with some: the background is drawn. Where
+    // gaussians_visible is 0 in all bands of an eye, and the quirk is wanted, the caller draws the eye again as a
+    // whole.
     ColumnRange columns;
     LensShape lens[kMaxEyes];
 };
 
 // The numbers that carry the cost of a frame (design section 4), per eye.
 struct EyeCounts {
-    uint64_t groups_tested = 0;   // of chunks whose bounds the eye may see
+    uint64_t groups_tested = 0;   // groups of the chunks whose bounds the eye may see
     uint64_t anchors_tested = 0;  // anchors whose own test ran
     uint64_t anchors_visible = 0; // upstream's visible set
     // for this eye; with reuse also neighbours that are not visible; decoded for both eyes at once, all under the first
     uint64_t anchors_decoded = 0;
     uint64_t anchors_reused = 0;
-    uint64_t anchors_overdue = 0;   // of the reused: the policy wanted them decoded, the budget did not allow it
+    uint64_t anchors_overdue = 0;   // reused anchors that the policy wanted decoded, but the budget did not allow
     uint64_t gaussians_alive = 0;   // opacity >= 1/255 after decode
-    uint64_t gaussians_visible = 0; // on screen after project
+    uint64_t gaussians_visible = 0; // Gaussians on screen after project
     uint64_t gaussians_dropped = 0; // not finite: upstream's behaviour is undefined, ours drops and counts
     uint64_t pairs = 0;             // (tile, splat) pairs; of tiles that both eyes share, all under the first
     uint64_t blend_evaluations = 0; // (pixel, splat) pairs evaluated
@@ -231,10 +233,10 @@ struct StageTimes {
 
 // Groups of anchors that a frame with FrameOptions::detail draws, each once; of bands and eyes drawn apart, once in each.
 struct CoarseCounts {
-    uint64_t near = 0;  // decoded for this frame, as without it
-    uint64_t kept = 0;  // from a coarse copy that is within its bound
-    uint64_t stale = 0; // from one that is past its bound, and waits to be made anew
-    uint64_t made = 0;  // from one that this frame has made
+    uint64_t near = 0;  // groups decoded for this frame, as without detail
+    uint64_t kept = 0;  // groups drawn from a coarse copy within its bound
+    uint64_t stale = 0; // groups drawn from a copy beyond its bound, which waits to be made anew
+    uint64_t made = 0;  // groups drawn from a copy that this frame has made
 
     void add(const CoarseCounts& other)
     {
@@ -248,14 +250,14 @@ struct CoarseCounts {
 struct FrameResult {
     EyeCounts eyes[kMaxEyes];
     CoarseCounts coarse;
-    StageTimes times;             // of every try
+    StageTimes times;             // times of all tries together
     uint64_t bytes_resident = 0;  // model, buffers, and the driver's context
-    uint32_t repeats = 0;         // how often it was drawn again because a buffer was too small
-    double repeat_ms = 0;         // of times.total: tries before the last
-    uint64_t cache_bytes = 0;     // of decoded Gaussians, part of bytes_resident
+    uint32_t repeats = 0;         // times that the frame was drawn again because a buffer was too small
+    double repeat_ms = 0;         // part of times.total: tries before the last
+    uint64_t cache_bytes = 0;     // decoded Gaussians, part of bytes_resident
     uint64_t cache_evictions = 0; // entries given up in this frame for others
     uint32_t passes = 1;          // from near to far; more than one where a device's memory is short
-    uint64_t anchors_absent = 0;  // of the model, that had not come to the device yet (RendererOptions::first_picture)
+    uint64_t anchors_absent = 0; // anchors of the model that are not on the device yet (RendererOptions::first_picture)
 };
 
 } // namespace gsc

@@ -20,30 +20,30 @@ namespace gsc {
 
 struct HeadsetOptions {
     std::optional<DeviceUuid> device; // the GPU that draws
-    double scale = 1;                 // of the recommended size of pictures, each side
+    double scale = 1;                 // width and height of pictures, in times the recommended ones
     bool stage = false;               // the space: STAGE, whose floor is at 0; otherwise LOCAL, whose eyes are at 0
     bool depth = false;               // pictures go with their depths, where the runtime takes them
 };
 
 struct HeadsetView {
-    uint32_t width = 0, height = 0; // of pictures, pixels
-    std::optional<double> hidden;   // of them, by the lens: 0 to 1; as the player works it out
+    uint32_t width = 0, height = 0; // size of pictures, pixels
+    std::optional<double> hidden;   // share of pixels that the lens hides, 0 to 1, as the player computes it
     uint32_t recommended_width = 0, recommended_height = 0;
     uint32_t most_width = 0, most_height = 0;
 };
 
 struct HeadsetFacts {
     std::string loader, runtime, headset, gpu; // names; the first two with their version
-    bool draws = false;                        // its GPU is the one that was asked for, and shares memory with it
+    bool draws = false;                        // the headset's GPU is the one asked for, and shares memory with it
     std::string configuration;                 // "stereo", "mono" or "quad"
     std::vector<HeadsetView> views;
-    std::vector<std::string> formats;        // of pictures, the runtime's order
-    std::string format;                      // that was taken of them
-    PixelFormat pixels = PixelFormat::Rgba8; // as which pictures are to come for it: Rgba8 or Bgra8
+    std::vector<std::string> formats;        // formats of pictures, in the runtime's order
+    std::string format;                      // format chosen among them
+    PixelFormat pixels = PixelFormat::Rgba8; // pixels that pictures must have for it: Rgba8 or Bgra8
     std::vector<std::string> spaces;
     std::vector<std::string> extensions;
     bool tracks_gaze = false;
-    bool tells_mask = false;  // what of a view its lens hides
+    bool tells_mask = false;  // the runtime tells which part of a view its lens hides
     bool takes_depth = false; // depths go with pictures: they were asked for, and the runtime takes them
 };
 
@@ -51,7 +51,7 @@ struct HeadsetFacts {
 struct HiddenMesh {
     std::vector<std::array<float, 2>> vertices; // right and up at depth 1
     std::vector<uint32_t> indices;
-    std::string fault; // why there are none although the runtime has some; empty: that is no matter
+    std::string fault; // why meshes that the runtime has are not used; empty: there is no fault
 };
 
 enum class HeadsetState : uint32_t {
@@ -62,8 +62,8 @@ enum class HeadsetState : uint32_t {
 };
 
 struct HeadsetFrame {
-    int64_t display_time = 0; // when what is submitted is to be seen
-    int64_t period = 0;       // from one refresh to the next
+    int64_t display_time = 0; // time at which the submitted picture is displayed
+    int64_t period = 0;       // ns from one refresh to the next
     bool visible = false;     // pictures are wanted
 };
 
@@ -84,21 +84,21 @@ struct HeadsetInput {
 struct HeadsetPictures {
     std::span<const ShownPicture> pictures;
     std::span<const SpaceEye> eyes;
-    double metre = 1; // of depths: world units in a metre of the space
+    double metre = 1; // world units in a metre of the space, for depths
 };
 
 class Headset : public SharedMemory {
 public:
     [[nodiscard]] virtual const HeadsetFacts& facts() const = 0;
 
-    // Makes what pictures are copied to. Once, before the first poll(). Throws Error: Unsupported where the runtime takes no
-    // format that leaves colours as they are; OutOfMemory.
+    // Makes the images that pictures are copied to. Call once, before the first poll(). Throws Error: Unsupported if
+    // the runtime takes no format that keeps colours as they are; OutOfMemory.
     virtual void prepare() = 0;
 
-    // Takes what the runtime has to say; begins and ends the session as it wants.
+    // Handles the runtime's events; begins and ends the session as the runtime asks.
     virtual HeadsetState poll() = 0;
-    virtual bool spaceMoved() = 0; // since the last call: poses from before are of another place
-    // Hidden mesh of a view, as the runtime said last. Empty where it hides nothing or says nothing.
+    virtual bool spaceMoved() = 0; // true if the space moved since the last call: earlier poses then mean other places
+    // Hidden mesh of a view, as the runtime stated last. Empty if the lens hides nothing or the runtime states nothing.
     [[nodiscard]] virtual const HiddenMesh& hidden(size_t view) const = 0;
     virtual bool hiddenChanged() = 0; // since the last call
     virtual void requestExit() = 0;   // the session ends as if the person had ended it
@@ -109,7 +109,8 @@ public:
     // All functions below throw Error(Device) where the runtime or the headset have gone.
 
     virtual HeadsetFrame beginFrame() = 0; // waits until the runtime wants the next
-    // Eyes at that time, one per view. False: the headset is not tracked, and `eyes` stay what they were. From any thread.
+    // Locates the eyes at a time, one per view. Returns false if the headset is not tracked, which leaves `eyes`
+    // unchanged. May be called from any thread.
     virtual bool locate(int64_t time, std::vector<SpaceEye>& eyes) = 0;
     virtual HeadsetInput input(int64_t time) = 0;
     // Takes the newest pictures, once: each is copied to where the headset reads, and shown by every endFrame() from
@@ -118,7 +119,7 @@ public:
     virtual void endFrame(bool shows) = 0; // the pictures taken last, if there are some, or nothing
     virtual void finish() = 0;             // waits until no picture is being read
 
-    [[nodiscard]] virtual double copyMs() const = 0; // of the GPU, of the last pictures that are there; 0 = unknown
+    [[nodiscard]] virtual double copyMs() const = 0; // GPU time of the last copy that has ended; 0 = unknown
 };
 
 struct HeadsetFunctions {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depths as a headset's runtime takes them: 1 is at kLeastDepth, 0 at kMostDepth and beyond. So turned round, the steps of
-// fp32 are as fine for what is far as for what is near.
+// Depths in the form of a headset's runtime: 1 is at kLeastDepth, 0 at kMostDepth and beyond. So reversed, fp32 has
+// steps as fine for far depths as for near ones.
 #pragma once
 
 namespace gsc {

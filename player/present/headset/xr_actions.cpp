@@ -9,7 +9,8 @@ namespace {
 
 constexpr const char* kHands[] = {"/user/hand/left", "/user/hand/right"};
 
-// Where a controller has what, below its hand; null: it has none. A float or a vector that is bound to less takes 0 and 1.
+// Paths of a controller's inputs, below its hand; null: it has none. A float or a vector bound to an input of lower
+// kind takes 0 and 1.
 struct Controller {
     const char* name;
     const char *grab, *stick, *teleport, *menu_left, *menu_right;
@@ -52,7 +53,7 @@ XrActions::XrActions(XrInstance instance, bool gaze) : m_instance(instance), m_g
 
 XrActions::~XrActions()
 {
-    xrDestroyActionSet(m_set); // with its actions; their spaces went with the session
+    xrDestroyActionSet(m_set); // destroys its actions too; their spaces went with the session
 }
 
 XrPath XrActions::path(const std::string& text) const

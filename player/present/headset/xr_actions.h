@@ -15,7 +15,7 @@ public:
     XrActions(const XrActions&) = delete;
     XrActions& operator=(const XrActions&) = delete;
 
-    void attach(XrSession session); // once
+    void attach(XrSession session); // call once
     // Poses in `base` at that time. Nothing is held while the session has no focus.
     HeadsetInput read(XrSession session, XrSpace base, XrTime time);
 

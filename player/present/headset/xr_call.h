@@ -14,12 +14,13 @@
 
 namespace gsc {
 
-// Throws Error, with `what` failed: Unsupported without a runtime or a headset, Device for all else that is no success.
+// Throws Error, "`what` failed", for a result that is no success: Unsupported without a runtime or a headset, else
+// Device.
 void checkXr(XrResult result, const char* what);
-// As checkXr(), for the first calls: a runtime that fails then counts as one that is not there (Unsupported).
+// checkXr() for the first calls: a runtime that fails there counts as missing (Unsupported).
 void checkXrStart(XrResult result, const char* what);
 
-// A structure of OpenXR's that says what it is.
+// A structure of OpenXR with its type field set.
 template <typename Info>
 Info xrInfo(XrStructureType type, const void* next = nullptr)
 {

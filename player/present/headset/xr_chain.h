@@ -14,7 +14,7 @@ public:
     XrChain& operator=(const XrChain&) = delete;
 
     VkImage acquire(); // waits until the headset does not read it
-    void release();    // the image that was acquired is shown from the next frame on
+    void release();    // shows the acquired image from the next frame on
 
     [[nodiscard]] XrSwapchainSubImage image() const; // all of it
     [[nodiscard]] uint32_t width() const { return m_width; }

@@ -20,7 +20,7 @@ XrMasks::XrMasks(const XrRuntime& runtime, XrSession session)
         return;
     try {
         m_get = xrFunction<PFN_xrGetVisibilityMaskKHR>(runtime.instance, "xrGetVisibilityMaskKHR");
-    } catch (const Error& e) { // it lists an extension that it has not
+    } catch (const Error& e) { // the runtime lists an extension that it lacks
         for (HiddenMesh& mesh : m_meshes)
             mesh.fault = formatString("cannot be had (%s), expected one", e.what());
         return;
@@ -38,7 +38,7 @@ void XrMasks::follow(const XrEventDataVisibilityMaskChangedKHR& event)
     m_changed = true;
 }
 
-// A runtime that fails here hides nothing: pictures are drawn whole, and the session goes on.
+// A runtime that fails here hides nothing: pictures are drawn whole, and the session continues.
 HiddenMesh XrMasks::ask(uint32_t view) const
 {
     const auto failed = [](XrResult result) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes of what lenses hide of the views (XR_KHR_visibility_mask), kept as the runtime states them.
+// Meshes of the parts of views that lenses hide (XR_KHR_visibility_mask), kept as the runtime states them.
 #pragma once
 
 #include "player/present/headset/xr_runtime.h"
@@ -22,7 +22,7 @@ private:
     const XrRuntime& m_runtime;
     XrSession m_session;
     PFN_xrGetVisibilityMaskKHR m_get = nullptr;
-    std::vector<HiddenMesh> m_meshes; // of each view
+    std::vector<HiddenMesh> m_meshes; // mesh of each view
     bool m_changed = false;
 };
 

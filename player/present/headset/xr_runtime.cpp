@@ -55,7 +55,7 @@ uint32_t scaled(uint32_t size, uint32_t most, double scale)
 
 XrRuntime::XrRuntime(const HeadsetOptions& options)
 {
-    setenv("XR_LOADER_DEBUG", "none", 0); // what it would write to the terminal, the errors below say
+    setenv("XR_LOADER_DEBUG", "none", 0); // silent: the errors below say what the loader would print
     facts.loader = loaderName();
     try {
         makeInstance(options.depth);

@@ -22,7 +22,7 @@ public:
     XrEnvironmentBlendMode blend = XR_ENVIRONMENT_BLEND_MODE_OPAQUE;
     bool tracks_gaze = false;
     std::unique_ptr<VulkanDevice> device;
-    HeadsetFacts facts; // without what a session tells
+    HeadsetFacts facts; // facts that need no session
 
 private:
     void makeInstance(bool depth);
@@ -30,7 +30,7 @@ private:
     void chooseViews(double scale);
     void makeDevice(const std::optional<DeviceUuid>& uuid);
 
-    std::vector<const char*> m_extensions; // that are on
+    std::vector<const char*> m_extensions; // extensions that are switched on
 };
 
 } // namespace gsc

@@ -61,7 +61,7 @@ void XrSwapchains::makeDepths(XrSession session)
         layer.subImage = m_depths.back()->image();
         layer.minDepth = 0;
         layer.maxDepth = 1;
-        layer.nearZ = kMostDepth; // of minDepth
+        layer.nearZ = kMostDepth; // depth that minDepth stands for
         layer.farZ = kLeastDepth;
         bytes += size_t(view.width) * view.height * sizeof(float);
     }
@@ -95,7 +95,7 @@ void XrSwapchains::take(const HeadsetPictures& given, SharedBlocks& blocks)
     m_copy->endCopies();
     for (const VkImage image : images)
         changeLayout(m_copy->commands, stages, image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-                     VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL); // as the runtime wants it back
+                     VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL); // the layout in which the runtime wants it back
     m_copy->end();
     submit(blocks);
     for (const Chains* chains : {&m_chains, &m_depths})
@@ -117,7 +117,8 @@ void XrSwapchains::copyDepths(const HeadsetPictures& given, const std::vector<Vk
         std::transform(picture.depth, picture.depth + count, staging + at,
                        [metre](float z) { return layerDepth(z, metre); });
         const VkPipelineStageFlags stages = m_runtime.device->stages | VK_PIPELINE_STAGE_EARLY_FRAGMENT_TESTS_BIT |
-                                            VK_PIPELINE_STAGE_LATE_FRAGMENT_TESTS_BIT; // where the runtime may use it
+                                            // stage at which the runtime may use it
+                                            VK_PIPELINE_STAGE_LATE_FRAGMENT_TESTS_BIT;
         changeLayout(m_copy->commands, stages, images[view], VK_IMAGE_LAYOUT_UNDEFINED,
                      VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_ASPECT_DEPTH_BIT);
         VkBufferImageCopy region{};

@@ -36,7 +36,7 @@ public:
     [[nodiscard]] double copyMs() const { return m_copy->copyMs(); }
 
 private:
-    using Chains = std::vector<std::unique_ptr<XrChain>>; // of each view
+    using Chains = std::vector<std::unique_ptr<XrChain>>; // a chain for each view
 
     void makeDepths(XrSession session);
     void copyDepths(const HeadsetPictures& pictures, const std::vector<VkImage>& images);

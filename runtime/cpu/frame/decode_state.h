@@ -34,7 +34,7 @@ struct SplatStore {
 // Scratch memory and counters of one worker while it decodes and projects.
 struct DecodeState {
     DecodeScratch scratch;
-    // of reuse: what a block draws, and a strip that no entry holds
+    // for reuse: Gaussians that a block draws, and a strip without an entry
     DecodeScratch gathered;
     Buffer<uint16_t> strip_keys;
     Buffer<float> strip_fixed;
@@ -55,7 +55,8 @@ struct DecodeState {
     }
 };
 
-// Projects what eye `e` has of a block into the block's slots, from `first` on, and counts it. Returns the number of splats.
+// Projects a block's Gaussians for eye `e` into the block's slots, from `first` on, and counts them. Returns the number
+// of splats.
 inline uint32_t projectInto(SplatStore& store, size_t block, size_t first, const ProjectArgs& args,
                             const GaussianBlock& gaussians, uint32_t e, DecodeState& state)
 {

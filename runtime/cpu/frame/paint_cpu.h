@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// False colours of Gaussians on the CPU: splats are painted once they are projected, so what is kept of decoding has its
-// own colours still.
+// False colours of Gaussians on the CPU: splats are painted after projection, so kept Gaussians have their own colours
+// still.
 #pragma once
 
 #include "kernels/present/false_colour.h"

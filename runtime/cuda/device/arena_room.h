@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much of an arena a piece takes. Where CUDA is emulated, a header of the same path comes before this one
-// (tests/cuda_emulation/include), which sees to it that nobody leaves a piece.
+// Size that a buffer takes in an arena. Where CUDA is emulated, a header of the same path comes before this one
+// (tests/cuda_emulation/include), and catches accesses outside a buffer.
 #pragma once
 
 #include <cstddef>

@@ -15,7 +15,7 @@ constexpr size_t kPieceBytes = 2 << 20; // copied in 40 us: launches between cop
 constexpr int kMostThreads = 8;         // 41 GB/s from the page cache of an H200's host; more threads are no faster
 constexpr size_t kSlotsPerThread = 2;
 
-// Layout of the arrays that a frame reads; those behind Rotation only say what the checkpoint held.
+// Layout of the arrays that a frame reads; arrays behind Rotation only tell what the checkpoint held.
 ChunkArrayLayout layoutOf(ModelParams params, uint32_t anchors)
 {
     params.flags &= ~uint32_t(kModelHasOpacity | kModelHasNormal);
@@ -78,7 +78,7 @@ ChunkReader::~ChunkReader()
         m_stopped = true;
     }
     m_changed.notify_all();
-    for (const Slot& slot : m_slots) // of a load that failed
+    for (const Slot& slot : m_slots) // slots may still be in use after a load that failed
         (void)cudaEventSynchronize(slot.passed->handle);
 }
 

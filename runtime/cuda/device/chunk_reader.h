@@ -31,7 +31,7 @@ public:
     // Reads the chunks of `model`, which outlives this, in the order of `chunks`. `threads`: 0 chooses the number. Throws
     // Error (OutOfMemory, Device).
     ChunkReader(const ModelView& model, const std::vector<uint32_t>& chunks, int threads);
-    ~ChunkReader(); // waits for what the device still takes
+    ~ChunkReader(); // waits for copies to the device that are under way
     ChunkReader(const ChunkReader&) = delete;
     ChunkReader& operator=(const ChunkReader&) = delete;
 
@@ -51,7 +51,7 @@ public:
         return true;
     }
 
-    // As some(), for all pieces: waits as long as it takes.
+    // some() for all pieces: waits as long as it takes.
     template <typename Take>
     void all(const Take& take)
     {
@@ -61,7 +61,7 @@ public:
 private:
     struct Slot {
         unsigned char* bytes = nullptr;
-        std::unique_ptr<CudaEvent> passed; // the device has taken what lies in it
+        std::unique_ptr<CudaEvent> passed; // the device has copied its bytes
         size_t filled = 0;                 // 1 + the piece that lies in it
     };
 
@@ -77,12 +77,12 @@ private:
     std::vector<Slot> m_slots;
     size_t m_taken = 0; // pieces
 
-    std::mutex m_mutex; // guards what follows, and Slot::filled
+    std::mutex m_mutex; // guards the members below, and Slot::filled
     std::condition_variable m_changed;
     size_t m_next = 0;  // piece that a thread reads next
     size_t m_freed = 0; // pieces whose slots may be filled again
     bool m_stopped = false;
-    std::vector<std::jthread> m_threads; // last: they end before what they use
+    std::vector<std::jthread> m_threads; // declared last: they end before the members that they use
 };
 
 } // namespace gsc

@@ -23,7 +23,7 @@ struct Known {
     std::mutex starts; // held while it starts or is reset, which may take its time
 };
 
-std::mutex s_mutex; // guards what follows
+std::mutex s_mutex; // guards the variables below
 std::map<int, Known> s_known;
 
 std::string versionText(int version)
@@ -41,8 +41,9 @@ uint64_t usedBytes(int ordinal)
 // Notes the memory that the context which the process has just made took of the device.
 void noteContext(int ordinal)
 {
-    constexpr uint64_t kMost = 2ull << 30;  // more is another process's
-    constexpr uint64_t kCode = 32ull << 20; // of kernels, which are loaded as they are launched
+    constexpr uint64_t kMost = 2ull << 30; // more is another process's
+    // memory for the code of kernels, which are loaded when they are first launched
+    constexpr uint64_t kCode = 32ull << 20;
     const uint64_t now = usedBytes(ordinal);
     const std::lock_guard lock(s_mutex);
     Known& known = s_known[ordinal];
@@ -94,7 +95,7 @@ DeviceInfo lookAtCudaDevice(int ordinal)
     };
     int runtime = 0, driver = 0, count = 0;
     (void)cudaRuntimeGetVersion(&runtime);
-    (void)cudaDriverGetVersion(&driver); // note: 0 and no error where there is no driver
+    (void)cudaDriverGetVersion(&driver); // note: 0 and no error if there is no driver
     if (driver == 0)
         return unusable(ErrorCode::Device, "no NVIDIA driver", "one for CUDA " + versionText(runtime), "install it");
     cudaError_t code = cudaGetDeviceCount(&count);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Owners of what a frame needs of a device beside memory.
+// Owners of a device's resources, other than memory: context, streams, events.
 #pragma once
 
 #include "kernels/cuda/cuda_check.h"
@@ -55,11 +55,11 @@ struct Pinned {
 // Limits of a device that launches are sized by.
 struct CudaLimits {
     uint32_t processors = 0;
-    size_t shared_bytes = 0; // that a block may have
+    size_t shared_bytes = 0; // most shared memory of a block
 };
 
-// A device that a renderer holds; it is the thread's afterwards. A lost device (a kernel failed) is reset for the
-// whole process when the last that holds it lets go, and begins anew.
+// A device that a renderer uses; it is made the thread's. A lost device (a kernel failed) is reset for the whole
+// process when its last user is destroyed, and can then be opened anew.
 class CudaDevice {
 public:
     explicit CudaDevice(int ordinal); // Throws Error as lookAtCudaDevice() says

@@ -6,7 +6,7 @@
 
 namespace gsc {
 
-// That the process sees; 0 where there is no driver.
+// Number of devices that the process sees; 0 if there is no driver.
 int cudaDeviceCount();
 
 // Looks at one. Starts the driver, which takes some tenths of a second.

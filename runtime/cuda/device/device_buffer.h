@@ -24,8 +24,8 @@ public:
     DeviceArena& operator=(const DeviceArena&) = delete;
     ~DeviceArena() { release(); }
 
-    // Afterwards there is room for `bytes`, undefined where it grew. Waits for the device if it grows; true if it did.
-    // `what` is for the message. Throws Error (OutOfMemory, Device).
+    // Makes room for `bytes`; contents are undefined if it grew. Waits for the device if it grows, and then returns
+    // true. `what`: its name in messages. Throws Error (OutOfMemory, Device).
     bool reserve(size_t bytes, const char* what)
     {
         if (bytes <= m_bytes)
@@ -81,7 +81,7 @@ private:
     size_t m_bytes = 0;
 };
 
-// Deals out a piece of memory from its start. Without memory it only counts: lay out twice, first to know how much.
+// Deals out a block of memory from its start. Without memory it only counts: lay out twice, first to know the size.
 class ArenaLayout {
 public:
     explicit ArenaLayout(unsigned char* base) : m_base(base) {}
@@ -102,7 +102,8 @@ private:
     size_t m_bytes = 0;
 };
 
-// Makes room in `arena` for what layOut(ArenaLayout&) takes, and takes it; returns what that returns. As reserve().
+// Makes room in `arena` for the arrays that layOut(ArenaLayout&) lays out, and lays them out there; returns its result.
+// Throws as reserve().
 template <typename LayOut>
 auto layOutIn(DeviceArena& arena, const char* what, const LayOut& layOut)
 {

@@ -86,8 +86,8 @@ std::vector<uint32_t> inViewOrder(const ModelView& model, const EyeParams& eye)
     std::vector<Rank> ranks;
     for (uint32_t c = 0; c < model.params->chunk_count; ++c) {
         const ChunkRecord& chunk = model.chunks[c];
-        float depth = eye.world_to_view[11]; // of the box's farthest point along the view's z
-        float distance = 0;                  // to its nearest point, squared
+        float depth = eye.world_to_view[11]; // view z of the box's farthest point
+        float distance = 0;                  // squared distance to its nearest point
         for (int i = 0; i < 3; ++i) {
             const float z = eye.world_to_view[8 + i], centre = eye.center[i];
             depth += std::max(z * chunk.gaussian_min[i], z * chunk.gaussian_max[i]);
@@ -166,11 +166,11 @@ void DeviceScene::load(const ModelView& model, const CudaStream& stream)
 
 void DeviceScene::loadFrame(const ModelView& model, const CudaStream& stream)
 {
-    m_reader.reset(); // which reads the model before
+    m_reader.reset(); // the reader reads the model before
     m_anchors_there = 0;
     m_runs_there = 0;
     m_host = model;
-    m_model = {}; // what is thrown below leaves nothing that points into memory given back
+    m_model = {}; // no pointer into freed memory stays if the code below throws
     const ModelParams& params = *model.params;
     m_anchors = 0;
     std::vector<uint32_t> level_first(params.level_count, UINT32_MAX);
@@ -235,7 +235,7 @@ void DeviceScene::bring(const EyeParams& eye, ChunkReader::Clock::time_point end
         beginReading(inViewOrder(m_host, eye));
     const bool whole =
         m_reader->some(end, patience, [&](const ChunkPiece& piece) -> const CudaStream& { return upload(piece); });
-    waitForUploads(); // before a frame reads what they write
+    waitForUploads(); // before a frame reads the arrays that they write
     if (whole)
         endReading();
 }
@@ -381,7 +381,7 @@ void DeviceScene::useAppearance(int32_t appearance, const CudaStream& stream)
 {
     if (m_weights_ready && m_appearance == appearance)
         return;
-    m_weights_ready = false; // until all of them are copied
+    m_weights_ready = false; // set again when all weights are copied
     const DecodeWeights weights = packFragments(m_host, appearance);
     copyIn(m_fragments, weights.fragments.data(), weights.fragments.size(), stream);
     copyIn(m_biases, weights.biases.data(), weights.biases.size(), stream);

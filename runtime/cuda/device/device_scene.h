@@ -23,14 +23,14 @@ public:
 
     // `model` must outlive this or the next load(). Throws Error (OutOfMemory, Unsupported, Device), as all do.
     void load(const ModelView& model, const CudaStream& stream);
-    // As load(), without the anchors, which bring() brings.
+    // Loads all but the anchors, which bring() brings. Throws as load().
     void loadFrame(const ModelView& model, const CudaStream& stream);
     void forget() // after a load() that failed: there is no model
     {
         m_reader.reset();
         m_host = {};
     }
-    // Whether all anchors are on the device.
+    // True if all anchors are on the device.
     [[nodiscard]] bool whole() const { return m_runs_there == m_model.run_count; }
     // Brings chunks that have been read, until `end` has passed or none has come for `patience`; those behind `eye` last,
     // coarse levels first, near ones before far ones: as the first call found it.
@@ -65,7 +65,7 @@ private:
     const CudaStream& upload(const ChunkPiece& piece);
     void waitForUploads() const;
     void endReading();
-    void checkNumbers(uint32_t last_source) const; // of the anchors; throws Error(Unsupported)
+    void checkNumbers(uint32_t last_source) const; // checks the anchors' source indices; throws Error(Unsupported)
 
     int m_threads;
     uint64_t m_anchors = 0, m_anchors_there = 0;
@@ -81,10 +81,10 @@ private:
     DeviceModel m_model{};
     bool m_fast_possible = false, m_exact_loaded = false;
     uint32_t m_inputs = 0;
-    int32_t m_appearance = 0; // of m_fragments
+    int32_t m_appearance = 0; // appearance that m_fragments holds
     bool m_weights_ready = false;
 
-    // the flat arrays, pieces of the chunk arrays on their way into them, what decode_exact reads, and origins()
+    // the flat arrays, parts of chunk arrays on their way into them, weights of decode_exact, and origins()
     DeviceArena m_flat, m_staging, m_exact, m_origins;
     AnchorArrays m_to{};
     GroupRun* m_runs = nullptr;
@@ -93,7 +93,8 @@ private:
     ExactWeights* m_weights = nullptr;
     ModelView m_exact_view{};
 
-    std::unique_ptr<ChunkReader> m_reader; // while anchors come; last: it goes before what its threads use
+    // set while anchors come; declared last: it goes before the members that its threads use
+    std::unique_ptr<ChunkReader> m_reader;
 };
 
 } // namespace gsc

@@ -10,7 +10,7 @@ namespace gsc {
 struct NvmlFacts {
     std::string driver;                         // such as 570.124.06; empty where the library is missing
     double clock_mhz = 0, memory_clock_mhz = 0; // at this moment; 0 = unknown
-    uint64_t used_bytes = 0;                    // of the device's memory, by all processes, at this moment; 0 = unknown
+    uint64_t used_bytes = 0;                    // device memory in use by all processes at this moment; 0 = unknown
 };
 
 // `pci_bus_id` as cudaDeviceGetPCIBusId() writes it. Never throws: without the library nothing is known.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of a frame as they are captured into a graph, and how those that need it are told what the next frame has
-// anew.
+// The kernels of a frame, captured into a graph, and the update of their arguments for the next frame.
 #pragma once
 
 #include "kernels/frame/frame_now.h"
@@ -11,11 +10,11 @@
 
 namespace gsc {
 
-// A captured kernel whose arguments hold what is new in every frame.
+// A captured kernel whose arguments change with every frame.
 class FrameNode {
 public:
     virtual ~FrameNode() = default;
-    // `now` is what the arguments' type calls Now.
+    // `now`: a value of type Args::Now, the changing part of the arguments.
     virtual void refresh(cudaGraphExec_t exec, const FrameNow& now) = 0;
 };
 

@@ -11,18 +11,17 @@ namespace gsc {
 
 class FrameGraph {
 public:
-    // Captures the stages of `job` and the copy of the counters to `counters`. reuse: what takes the place of stages, or
-    // null. Throws
+    // Captures the stages of `job` and the copy of the counters to `counters`. reuse: replaces stages, or null. Throws
     // Error (Device, OutOfMemory).
     FrameGraph(const FrameJob& job, const FrameReuse* reuse, FrameCounters* counters, const CudaStream& stream);
     ~FrameGraph();
     FrameGraph(const FrameGraph&) = delete;
     FrameGraph& operator=(const FrameGraph&) = delete;
 
-    // Can it draw this job? Buffers are not compared: whoever moves them drops the graph.
+    // True if the graph can draw this job. Buffers are not compared: whoever moves them drops the graph.
     [[nodiscard]] bool fits(const FrameJob& job) const { return m_shape == job.shape && m_capacity == job.capacity; }
 
-    // Asynchronous, behind `start`. now: what FrameReuse takes, where there is one.
+    // Asynchronous, behind `start`. now: argument of FrameReuse, if the graph has one.
     void launch(const FrameNow& now, const CudaEvent& start, const CudaStream& stream);
 
 private:

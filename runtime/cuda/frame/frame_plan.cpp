@@ -15,8 +15,8 @@ namespace {
 // Shares of a model's Gaussians that a frame may show. Trained models have 0.7 alive, seen from anywhere; a city with
 // levels shows an eighth.
 constexpr double kAliveShare = 0.8, kLevelShare = 0.25;
-constexpr uint64_t kFewSlots = 4u << 20;   // so few are no matter: all
-constexpr uint64_t kMostSlots = 1u << 30;  // of all lists
+constexpr uint64_t kFewSlots = 4u << 20;   // so few slots are always granted
+constexpr uint64_t kMostSlots = 1u << 30;  // most slots of all lists
 constexpr uint64_t kExpectedPairs = 2;     // per slot
 constexpr uint64_t kExpectedLength = 512;  // pairs of a bin, where few splats are large
 constexpr uint32_t kSeveral = 2;           // passes, which need memory between them
@@ -36,7 +36,7 @@ uint32_t mostSlots(const FrameRoom& room)
     return slots + room.gaps(slots, 1);
 }
 
-// Pairs of all lists to leave room for beside each slot where memory is short, after a load of so many.
+// Pairs of all lists to leave room for beside each slot if memory is short, after a frame of `splats` and `pairs`.
 double pairsPerSlot(const FrameRoom& room, uint64_t splats, uint64_t pairs)
 {
     return splats == 0 ? double(kExpectedPairs * room.lists) : std::max(1.25 * double(pairs) / double(splats), 1.0);
@@ -104,7 +104,7 @@ FrameCapacity plannedCapacity(const FrameRoom& room, const FrameCapacity& now)
     }
     const FrameCapacity planned = holding(slots);
     if (room.bytes_of(planned, kSeveral) > share)
-        return now; // so little that frames have to show what they need
+        return now; // too little memory to plan ahead: frames show what they need
     const FrameCapacity both{std::max(now.visible, planned.visible), std::max(now.slots, planned.slots),
                              std::max(now.pairs, planned.pairs)};
     return fits(room, both) ? both : planned;
@@ -118,7 +118,7 @@ uint32_t passesFor(const FrameRoom& room, uint64_t splats, uint64_t pairs, Frame
         const FrameCapacity both{capacity.visible, std::max(capacity.slots, uint32_t(wanted)),
                                  std::max(capacity.pairs, uint32_t(more_pairs))};
         if (fits(room, both, 1))
-            return 1; // what is missing grows where it is needed
+            return 1; // buffers that are too small grow where they are needed
         const FrameCapacity load{capacity.visible, uint32_t(wanted), uint32_t(more_pairs)};
         if (splats != 0 && fits(room, load, 1)) {
             capacity = load;
@@ -126,10 +126,10 @@ uint32_t passesFor(const FrameRoom& room, uint64_t splats, uint64_t pairs, Frame
         }
     }
     const FrameCapacity most = mostOf(room, capacity.visible, pairsPerSlot(room, splats, pairs));
-    // one pass of a load that is known has no room: with fewer gaps in each of several it might look as if it had
+    // no room for a known load in one pass: with fewer gaps in each of several passes it might seem to fit
     const uint32_t least = splats != 0 ? kSeveral : 1,
                    passes = std::max(passesOver(room, slots, more_pairs, most), least);
-    // what does as well is kept, since another capacity is another graph, which takes a host a millisecond to make
+    // a capacity that is good enough is kept: another needs another graph, which takes the host a millisecond to make
     if (!fits(room, capacity) || (splats != 0 && passesOver(room, slots, more_pairs, capacity) > passes))
         capacity = most;
     return passes;
@@ -140,7 +140,8 @@ uint32_t grownPasses(const FrameRoom& room, const FrameNeeds& needs, uint32_t pa
     const auto withSlack = [](uint64_t needed) { // the next frame, and the next try, may need some more
         return needed + needed / 8 + 1024;
     };
-    const auto half = [](uint64_t needed) { return needed + needed / 2 + 1024; }; // so that a walk grows it few times
+    // half more, so that a walk grows it few times
+    const auto half = [](uint64_t needed) { return needed + needed / 2 + 1024; };
     const double per_slot = pairsPerSlot(room, std::min(needs.slots, capacity.slots), needs.pairs);
     if (needs.visible > capacity.visible)
         capacity.visible = uint32_t(std::min<uint64_t>(half(needs.visible), room.anchors));

@@ -20,14 +20,15 @@ struct FrameCapacity {
 
 // Sizes of a model and a frame, and memory for it, from which a plan is made.
 struct FrameRoom {
-    uint32_t anchors;                                              // of the model
-    uint64_t gaussians;                                            // it has at most
-    uint32_t lists, bins;                                          // of splats per bin; of the image, all lists
-    uint64_t bytes;                                                // that frames may take
-    bool budgeted;                                                 // it is a budget: all of it is for frames
-    bool levels = false;                                           // of detail: a frame shows few of the anchors
+    uint32_t anchors;     // anchors of the model
+    uint64_t gaussians;   // most Gaussians of the model
+    uint32_t lists, bins; // lists of splats per bin; bins of the image, of all lists
+    uint64_t bytes;       // bytes that frames may take
+    bool budgeted;        // `bytes` is a budget, all of it for frames
+    bool levels = false;  // the model has levels of detail: a frame shows few of the anchors
     std::function<uint32_t(uint32_t slots, uint32_t passes)> gaps; // slots of a pass that may stay unused among them
-    std::function<uint64_t(const FrameCapacity&, uint32_t passes)> bytes_of; // of the buffers; never falls with either
+    // bytes of the buffers; grows with the capacity, never falls
+    std::function<uint64_t(const FrameCapacity&, uint32_t passes)> bytes_of;
 };
 
 // Capacity that a frame would have needed, as FrameCapacity counts it.
@@ -40,16 +41,16 @@ struct FrameNeeds {
 // depend on how it was cut.
 uint32_t slabBits(uint64_t slots);
 
-// The capacity to begin with; what `now` has already is kept.
+// Capacity to begin with; not less than that of `now`.
 FrameCapacity plannedCapacity(const FrameRoom& room, const FrameCapacity& now);
 
-// Passes for a frame of as many splats and pairs as the last, all its passes together. Makes `capacity` smaller if there
-// is no memory for it as it is.
+// Passes for a frame with as many splats and pairs as the last, in all passes together. Makes `capacity` smaller if
+// there is no memory for it.
 uint32_t passesFor(const FrameRoom& room, uint64_t splats, uint64_t pairs, FrameCapacity& capacity);
 
-// After an overflow: makes `capacity` larger, or the passes more, for what was needed; returns the passes. A stage after
-// the one that overflowed has seen part of its input only, so this may take several rounds. Throws Error(OutOfMemory)
-// where more passes would not help.
+// After an overflow: raises `capacity`, or the number of passes, to the counted needs; returns the passes. A stage
+// after the one that overflowed has seen part of its input only, so this may take several rounds. Throws
+// Error(OutOfMemory) where more passes would not help.
 uint32_t grownPasses(const FrameRoom& room, const FrameNeeds& needs, uint32_t passes, FrameCapacity& capacity);
 
 // Outcomes of earlier frames that the plan of a frame learns from. With two frames in flight it is never known which of
@@ -59,7 +60,7 @@ class FrameHistory {
 public:
     struct Outcome {
         uint64_t ticket = 0; // 0 = none
-        FrameNeeds needs{};  // of the pass that needed most
+        FrameNeeds needs{};  // needs of the pass that needed most
         bool overflowed = false;
         uint64_t splats = 0, pairs = 0; // all passes: of the longer list, of all
         uint32_t passes = 1;
@@ -72,19 +73,20 @@ public:
 
     // Begins frame `ticket`, which repeats `repeats` if that is not 0; then throws as grownPasses().
     void begin(uint64_t ticket, uint64_t repeats, const FrameRoom& room, FrameCapacity& capacity);
-    // Its passes; after begin() and, where that is due, plannedCapacity(). May make `capacity` smaller (passesFor()).
+    // Passes of the frame; call after begin() and, if it is due, plannedCapacity(). May make `capacity` smaller
+    // (passesFor()).
     [[nodiscard]] uint32_t passes(const FrameRoom& room, FrameCapacity& capacity) const;
-    // slabBits() for the load of earlier frames; before the first for a quarter of what there is room for.
+    // slabBits() for the load of earlier frames; before the first for a quarter of the capacity.
     [[nodiscard]] uint32_t slabBitsFor(const FrameCapacity& capacity) const;
 
 private:
     void learn(Outcome& outcome, const FrameRoom& room, FrameCapacity& capacity);
 
-    Outcome m_outcomes[2];              // by ticket
-    uint64_t m_splats = 0, m_pairs = 0; // of the last frame learned from that did not overflow
+    Outcome m_outcomes[2];              // key: ticket
+    uint64_t m_splats = 0, m_pairs = 0; // counts of the last frame that did not overflow
     uint64_t m_peak = 0;                // most splats of a pass and a list so far
     uint32_t m_grown = 1;               // passes after the overflow learned from since
-    bool m_repeats = false;             // the frame begun repeats what it has just learned from
+    bool m_repeats = false;             // the frame begun repeats the frame it has just learned from
 };
 
 } // namespace gsc

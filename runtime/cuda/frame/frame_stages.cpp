@@ -71,7 +71,8 @@ void FrameShape::shareBins(EyeParams* eyes)
     if (!shared_bins)
         return;
     const auto axis = [&](uint32_t e) { return axisPixel(eyes[e].width, eyes[e].focal_x, eyes[e].tan_mid_x); };
-    const float columns = std::round((axis(0) - axis(1)) / float(kBinWidth)); // that the second eye's lie further right
+    // columns by which the second eye's bins lie further right
+    const float columns = std::round((axis(0) - axis(1)) / float(kBinWidth));
     const auto most = float(std::min(kMaxBins - grid.columns, grid.columns)); // with more, two lists have fewer cells
     if (!(std::abs(columns) <= most)) {
         shared_bins = false;
@@ -120,7 +121,8 @@ FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, 
     shape.merged = decodesMerged(options, eye_count);
     shape.thins = !shape.exact && options.foveation.smallest > 0;
     shape.uses_reuse = options.reuse.policy != ReusePolicy::None;
-    shape.coarse = options.detail > 0 && tier != Tier::Exact; // else a model that `fast` cannot decode: all is drawn
+    // in `exact` every Gaussian is drawn, also when the model cannot be drawn in `fast`
+    shape.coarse = options.detail > 0 && tier != Tier::Exact;
     std::copy_n(options.background, 3, shape.background);
     shape.appearance = options.appearance;
     shape.empty_is_black = options.empty_is_black;
@@ -291,7 +293,7 @@ void paintFrame(FrameCapture& capture, const FrameJob& job)
     if (!paintsGaussians(job.shape.view) || (ages && job.shape.uses_reuse) || ((ages || groups) && job.shape.coarse))
         return;
     PaintCudaArgs args = paintArgs(job);
-    if (ages || groups) { // nothing is kept
+    if (ages || groups) { // no Gaussian is kept from frame to frame: all get one colour
         args.origins = nullptr;
         args.colour = ages ? ageColour(0) : detailColour(GroupSource::Near);
     }

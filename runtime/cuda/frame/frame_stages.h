@@ -18,7 +18,7 @@ namespace gsc {
 struct FrameShape {
     uint32_t eye_count;
     uint32_t width[kMaxEyes], height[kMaxEyes]; // pixels
-    BinGrid grid;                               // as large as the larger eye needs
+    BinGrid grid;                               // sized for the larger eye
     uint32_t passes;
     RasterConstants rules;
     bool exact;       // the scalar decode and 48-byte splats
@@ -28,7 +28,7 @@ struct FrameShape {
     bool uses_reuse;  // one pass, `fast`
     bool coarse;      // FrameOptions::detail, `fast`
     bool thins;       // foveation
-    bool depths;      // of pixels, for a target that wants them
+    bool depths;      // draw the depth of pixels, for a target that wants it
     float background[3];
     int32_t appearance;
     bool empty_is_black;
@@ -38,10 +38,10 @@ struct FrameShape {
     bool operator==(const FrameShape&) const = default;
 
     // Gives both eyes the same bins where their depth order is the same and the tier allows it; the second eye's depths
-    // then become the first's to the last bit. Eyes whose lenses are off their axes meet in columns shifted by what that
-    // makes of a point far away. Precondition: everything else is set.
+    // then become the first's to the last bit. Eyes whose lenses are off their axes share columns, shifted by the
+    // distance of a far point's two images. Precondition: everything else is set.
     void shareBins(EyeParams* eyes);
-    [[nodiscard]] uint32_t lists() const { return shared_bins ? 1 : eye_count; } // of splats per bin
+    [[nodiscard]] uint32_t lists() const { return shared_bins ? 1 : eye_count; } // lists of splats per bin
 
     [[nodiscard]] size_t splatBytes() const { return exact ? sizeof(ExactSplat) : sizeof(PackedSplat); }
     [[nodiscard]] uint32_t cells() const { return lists() * grid.cells(); }
@@ -49,8 +49,8 @@ struct FrameShape {
     [[nodiscard]] size_t pixels(uint32_t eye) const { return size_t(width[eye]) * height[eye]; }
 };
 
-// The shape of a frame that is drawn in `tier`, in one pass. `eyes` may change by a rounding (shareBins()). Throws
-// Error(Unsupported) for what cannot be drawn.
+// Shape of a frame that is drawn in `tier`, in one pass. `eyes` may change by a rounding (shareBins()). Throws
+// Error(Unsupported) for options that cannot be drawn.
 FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, const FrameOptions& options,
                       EyeParams* eyes);
 
@@ -62,8 +62,8 @@ constexpr size_t kClearedBytes = kDepthBuckets * sizeof(uint32_t) + offsetof(Fra
 struct FrameBuffers { // device memory
     FrameCounters* counters;
     uint32_t *visible_groups, *visible, *histogram, *cells, *bin_class, *bin_queue, *bin_units;
-    float *fraction, *scratch; // or null
-    uint32_t* listed;          // of a pass, where there are several; else null
+    float *fraction, *scratch; // may be null
+    uint32_t* listed;          // anchors of a pass, if there are several; else null
     float* listed_fraction;
     uint16_t* slab_of;
     unsigned char* splats;
@@ -93,29 +93,31 @@ struct FrameJob {
     const FrameCapacity& capacity;
     const FrameBuffers& buffers;
     const CudaLimits& limits;
-    uint32_t flight; // of kFramesInFlight, which the frame's host memory belongs to
+    uint32_t flight; // number of the flight, below kFramesInFlight, whose host memory the frame uses
 };
 
-// The seam of reuse: what takes the place of two stages of a plain frame, which knows nothing else of it. Called while a
-// frame is captured.
+// Interface of reuse: replaces two stages of a plain frame, which knows nothing else of it. Called while a frame is
+// captured.
 class FrameReuse {
 public:
     virtual ~FrameReuse() = default;
     virtual void prepareFrame(FrameCapture&, const FrameJob&) const {}
-    virtual void listAnchors(FrameCapture& capture, const FrameJob& job) const = 0; // of the visible groups
+    // lists anchors of the visible groups
+    virtual void listAnchors(FrameCapture& capture, const FrameJob& job) const = 0;
     virtual void decode(FrameCapture& capture, const FrameJob& job, uint32_t pass) const = 0;
     virtual void report(FrameCapture&, const FrameJob&) const {}
 };
 
 // In this order; decode to blend once per pass.
 SelectCudaArgs selectArgs(const FrameJob& job);
-DecodeCudaArgs decodeArgs(const FrameJob& job, uint32_t pass);            // of the tier `fast`
-void cutDepths(FrameCapture& capture, const FrameJob& job);               // into slabs
-void listPass(FrameCapture& capture, const FrameJob& job, uint32_t pass); // its anchors, where there are several
+DecodeCudaArgs decodeArgs(const FrameJob& job, uint32_t pass); // arguments of the tier `fast`
+void cutDepths(FrameCapture& capture, const FrameJob& job);    // into slabs
+// lists the anchors of a pass, if there are several
+void listPass(FrameCapture& capture, const FrameJob& job, uint32_t pass);
 void decodeFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass);
 PaintCudaArgs paintArgs(const FrameJob& job); // with the model's origins
 void paintFrame(FrameCapture& capture,
-                const FrameJob& job); // false colours of Gaussians; what is kept is painted by who keeps it
+                const FrameJob& job); // false colours of Gaussians; kept Gaussians are painted by their FrameReuse
 void binFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass);
 void sortFrame(FrameCapture& capture, const FrameJob& job);
 void blendFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass);

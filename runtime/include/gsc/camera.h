@@ -19,7 +19,7 @@ struct Camera {
     double rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}; // row-major camera-to-world; columns are right, down, forward
     double translation[3] = {};                       // world-to-camera: t of view = R^T * world + t
     double fov_x = 0, fov_y = 0; // radians, whole angles about the axis; with tan_mid, of a centred view as large
-    // Where the image's middle lies right and down of the axis, at depth 1: the image spans tan_mid - tan(fov / 2) to
+    // Offset of the image's middle, right and down of the axis, at depth 1: the image spans tan_mid - tan(fov / 2) to
     // tan_mid + tan(fov / 2). Not 0 in an eye of a headset and in a photograph whose axis meets another pixel.
     double tan_mid_x = 0, tan_mid_y = 0;
     uint32_t width = 0, height = 0;  // pixels to render

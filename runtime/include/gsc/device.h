@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The devices that a renderer can be made for, and what a measurement must state of one.
+// The devices that a renderer can be made for, and the facts of a device that a measurement must state.
 #pragma once
 
 #include <gsc/error.h>
@@ -14,7 +14,7 @@ namespace gsc {
 
 // "auto" is the best that the machine can run.
 struct DeviceId {
-    std::string backend = "auto"; // what draws: cuda, cpu or cpu-reference
+    std::string backend = "auto"; // cuda, cpu, cpu-reference or auto
     int ordinal = 0;              // among the backend's devices; a CPU is one
 
     bool operator==(const DeviceId&) const = default;
@@ -26,10 +26,10 @@ std::string deviceText(const DeviceId& device);
 struct DeviceInfo {
     DeviceId id;
     bool usable = false;
-    std::optional<Error> fault; // of one not usable: Device, no such device or driver; Unsupported, no code for it
-    std::string text;           // usable: what draws; otherwise what is wrong and what to do
-    std::string name = {};      // of a GPU, usable
-    uint64_t memory_bytes = 0;  // its own; 0 = the host's
+    std::optional<Error> fault; // why it is not usable: Device, no such device or driver; Unsupported, no code for it
+    std::string text;           // usable: description of the device; otherwise the fault and its remedy
+    std::string name = {};      // name of a usable GPU
+    uint64_t memory_bytes = 0;  // the device's own memory; 0 = it uses the host's
 };
 
 // Names of this build's backends, best first, usable or not.
@@ -49,11 +49,11 @@ DeviceId bestDevice(const DeviceId& asked, const std::function<void(const std::s
 // Never throws: makeRenderer() says why a device cannot be used.
 void startDevice(const DeviceId& device) noexcept;
 
-// Throws Error(Usage) for a backend or device that there is not, naming those there are. One that there is may still not
+// Throws Error(Usage) for a backend or device that does not exist, naming those that do. An existing one may still not
 // be usable.
 void checkDevice(const DeviceId& device);
 
-// Throws what makeRenderer() throws for a device that there is and that is not usable; nothing for "auto".
+// Throws as makeRenderer() for a device that exists and is not usable; never for "auto".
 void checkUsable(const DeviceId& device);
 
 // Empty or 0 = unknown.
@@ -62,7 +62,7 @@ struct DeviceFacts {
     uint64_t memory_bytes = 0;
     uint32_t processors = 0;                    // multiprocessors of a GPU, threads of a CPU
     double clock_mhz = 0, memory_clock_mhz = 0; // at the moment of asking
-    uint64_t context_bytes = 0;                 // of its memory that the driver takes for this process
+    uint64_t context_bytes = 0;                 // device memory that the driver takes for this process
 };
 
 // The most of each kind of work that a device does, each measured alone. A multiply-add is one lane operation and two

@@ -10,9 +10,9 @@ namespace gsc {
 
 struct FrameStats {
     uint64_t frame = 0; // index in the camera file
-    std::string camera; // its name
+    std::string camera; // name of the camera
     std::string backend;
-    Tier tier = Tier::Exact;        // that ran (Renderer::tierOf)
+    Tier tier = Tier::Exact;        // tier that ran (Renderer::tierOf)
     uint32_t width = 0, height = 0; // pixels of one eye
     uint32_t eye_count = 1;
     int appearance = -1; // the trainer's embedding row, -1 = none

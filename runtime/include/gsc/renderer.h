@@ -16,15 +16,15 @@
 namespace gsc {
 
 struct RendererOptions {
-    int threads = 0; // of a renderer on the host; most of those that read a model for another. 0 = all cores
+    int threads = 0; // threads of a renderer on the host; for a GPU, most that read the model. 0 = all cores
     uint64_t memory_bytes =
         0; // most of the device that this renderer may take, DeviceFacts::context_bytes included; 0 = all.
            // Too few for the model: load() throws OutOfMemory; for a frame: submit(). Not on the host
     // load() does not wait for the anchors: frames show those that have come by then, coarse levels and near chunks first
     // (FrameResult::anchors_absent). Tier exact waits for all.
     bool first_picture = false;
-    // With FrameOptions::detail, every coarse copy that is due is made, whatever a frame then takes: for workers that share
-    // poses, so that what is due follows from poses and group alone.
+    // With FrameOptions::detail, make every due coarse copy, however long a frame takes: for workers that share poses,
+    // so that the due copies follow from poses and group alone.
     bool coarse_unlimited = false;
 };
 
@@ -38,11 +38,11 @@ struct FrameRequest {
 
 enum class FrameState {
     Done,
-    Pending,    // not yet; ask again
-    Overflowed, // a buffer was too small and targets hold nothing of use: draw it again (FrameRequest::repeats) or drop it
+    Pending,    // not drawn yet; ask again
+    Overflowed, // a buffer was too small and the targets are invalid: draw it again (FrameRequest::repeats) or drop it
 };
 
-constexpr uint32_t kFramesInFlight = 2; // of a renderer on one device
+constexpr uint32_t kFramesInFlight = 2; // frames in flight of a renderer on one device
 
 class Renderer {
 public:
@@ -63,12 +63,14 @@ public:
 
     // Forget frames in flight. Throw Error (OutOfMemory, Unsupported, Device).
     virtual void load(std::shared_ptr<const Scene> scene);
-    virtual void load(const ModelView& model) = 0; // which, with all it points to, outlives this or the next load()
+    // the model, with all it points to, must outlive this or the next load()
+    virtual void load(const ModelView& model) = 0;
 
     // Frames that may be between submit() and a wait() that ends them.
     [[nodiscard]] virtual uint32_t framesInFlight() const { return kFramesInFlight; }
 
-    // Forgets what was kept from earlier frames, as if the next frame were the first; buffers stay. None may be in flight.
+    // Forgets everything kept from earlier frames, as if the next frame were the first; buffers stay. No frame may be
+    // in flight.
     virtual void dropCaches() = 0;
 
     // Returns the frame's ticket, from 1 in order. Does not wait for the device, but where its memory must grow (in first
@@ -93,14 +95,14 @@ private:
     std::shared_ptr<const Scene> m_scene;
 };
 
-// Throws Error: Usage for a backend or device that there is not, naming those there are; Device or Unsupported for one
-// that this machine cannot run; OutOfMemory. `warning`, if not null, says what "auto" passes over and why.
+// Throws Error: Usage for a backend or device that does not exist, naming those that do; Device or Unsupported for one
+// that this machine cannot run; OutOfMemory. `warning`, if not null, takes the devices that "auto" skips, and why.
 std::unique_ptr<Renderer> makeRenderer(const DeviceId& device, const RendererOptions& options = {},
                                        std::string* warning = nullptr);
 
-// As makeRenderer(), with the model loaded. With "auto", the CPU loads a model that a better backend cannot load, for
-// want of memory or of support. Each device passed over is added to `passed_over` with the reason; `load_ms`, if not
-// null, is how long loading took.
+// makeRenderer(), with the model loaded. With "auto", the CPU loads a model that a better backend cannot load, for want
+// of memory or of support. Each device passed over is added to `passed_over` with the reason; `load_ms`, if not null,
+// is how long loading took.
 std::unique_ptr<Renderer> makeLoadedRenderer(const DeviceId& device, const RendererOptions& options,
                                              std::shared_ptr<const Scene> scene, std::vector<std::string>& passed_over,
                                              double* load_ms = nullptr);
@@ -109,8 +111,8 @@ std::unique_ptr<Renderer> makeLoadedRenderer(const DeviceId& device, const Rende
 FrameResult finish(Renderer& renderer, const FrameRequest& request, uint64_t ticket);
 // Submits a frame and finishes it.
 FrameResult render(Renderer& renderer, const FrameRequest& request);
-// As render() above, into pictures of height x width x 3 floats in memory of this process, one per eye; where `images`
-// or an entry is null, they stay on the device.
+// render() into pictures of height x width x 3 floats in memory of this process, one per eye; if `images` or an entry
+// is null, the picture stays on the device.
 FrameResult render(Renderer& renderer, std::span<const EyeParams> eyes, const FrameOptions& options,
                    float* const* images = nullptr);
 

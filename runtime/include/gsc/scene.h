@@ -18,7 +18,7 @@ public:
     // Maps `path` and checks header, table and every record the stages rely on; chunk payloads are checked too if
     // `verify_payloads`. Throws Error (Io, InvalidFile, Unsupported); the message holds the first issue.
     static std::unique_ptr<Scene> open(const std::string& path, bool verify_payloads = false);
-    // As open(path), for a file that is open already and sound: it is mapped or decoded once. `name` is for messages.
+    // open(path) for a file that is open already and sound: it is mapped or decoded once. `name` is for messages.
     static std::unique_ptr<Scene> open(std::shared_ptr<const GscFile> file, const std::string& name,
                                        bool verify_payloads = false);
     virtual ~Scene() = default;

@@ -7,7 +7,7 @@
 
 namespace gsc {
 
-// As upstream's cameras.json lists it (format facts, 6.3).
+// A camera of upstream's cameras.json (format facts, 6.3).
 struct SourceCamera {
     std::string name;
     int id = 0;

@@ -81,17 +81,18 @@ const std::vector<SeenGroup>& CpuCoarse::choose(const CpuCoarseFrame& frame, Fra
     return m_near;
 }
 
-// Chooses what is due, as far as there is memory: first what cannot be drawn as it is, then what is further off.
+// Chooses the due copies to make, as far as there is memory: first those of groups that have no usable copy, then those
+// with the largest change.
 void CpuCoarse::chooseDue(const CpuCoarseFrame& frame, FrameResult& result)
 {
     m_due.clear();
     for (size_t i = 0; i < frame.seen_count; ++i) {
         if (m_looks[i].due)
             m_due.push_back(uint32_t(i));
-        m_kept[frame.seen[i].group].used = m_frame; // what is in sight stays
+        m_kept[frame.seen[i].group].used = m_frame; // copies in sight are not dropped
     }
     const uint64_t asked = frame.options.reuse.cache_bytes, limit = asked > 0 ? asked : m_memory;
-    const uint64_t most = tileFloats(kGroupSize * m_model.params->n_offsets) * sizeof(float); // of a copy
+    const uint64_t most = tileFloats(kGroupSize * m_model.params->n_offsets) * sizeof(float); // most bytes of a copy
     const uint64_t wanted = std::min(m_due.size() * most, limit);
     if (m_tile_bytes + wanted > limit)
         evict(m_tile_bytes + wanted - limit, result);

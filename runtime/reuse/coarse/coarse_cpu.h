@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coarse copies as the CPU backend keeps them from frame to frame (kernels/coarse/README.md), and how a frame draws them.
+// Coarse copies of the CPU backend, kept from frame to frame (kernels/coarse/README.md), and how a frame draws them.
 //
-// There is no budget: what is due is made, which costs no more than decoding it as near. So what a frame draws is decided
-// by the poses so far, and several workers that saw the same draw the same.
+// There is no budget: every due copy is made, which costs no more than decoding the group as near. So a frame depends on
+// the poses so far only, and workers that saw the same poses draw the same picture.
 #pragma once
 
 #include "kernels/coarse/coarse_cpu.h"
@@ -14,10 +14,10 @@
 
 namespace gsc {
 
-// A frame on its way through the stages.
+// Inputs of a frame, and the state that its stages share.
 struct CpuCoarseFrame {
     const EyeParams* eyes;
-    const EyeParams* level_eyes; // from where levels are chosen
+    const EyeParams* level_eyes; // eyes at the places that levels are chosen from
     uint32_t eye_count;
     const FrameOptions& options;
     const Workers& workers;
@@ -36,15 +36,15 @@ public:
     void load(const ModelView& model);
     void clear();
 
-    // Makes what is due of the groups that the frame has seen, lists what is drawn from its copy. Returns the others,
-    // in file order: they are near. Fills the coarse and cache counts of `result`.
+    // Makes the due copies of the groups that the frame sees, and lists the groups drawn from copies. Returns the others,
+    // the near groups, in file order. Fills the coarse and cache counts of `result`.
     const std::vector<SeenGroup>& choose(const CpuCoarseFrame& frame, FrameResult& result);
-    // Projects the copies into the stores' blocks from first_block on, blocks() of them, of `capacity` slots each. After
-    // decode: counts the anchors of the copies beside its own.
+    // Projects the copies into blocks() blocks of the stores, from first_block on, of `capacity` splat slots each.
+    // Called after decode, to whose counts it adds the anchors of the copies.
     void draw(const CpuCoarseFrame& frame, SplatStore* stores, size_t first_block, size_t capacity,
               FrameResult& result) const;
 
-    [[nodiscard]] size_t blocks() const { return m_drawn.size(); } // that the last frame draws
+    [[nodiscard]] size_t blocks() const { return m_drawn.size(); } // blocks that the last frame draws
     [[nodiscard]] uint64_t bytes() const
     {
         return m_tile_bytes + m_kept.size() * (sizeof(KeptGroup) + sizeof(Buffer<float>));
@@ -68,18 +68,18 @@ private:
 
     uint64_t m_memory;
     ModelView m_model{};
-    std::vector<KeptGroup> m_kept;      // of every group
-    std::vector<Buffer<float>> m_tiles; // their copies
-    uint64_t m_tile_bytes = 0;          // of the copies
-    std::vector<CoarseLook> m_looks;    // of this frame's seen groups
-    std::vector<uint32_t> m_due;        // places of those that are made
-    std::vector<SeenGroup> m_near;      // of this frame
-    std::vector<Drawn> m_drawn;         // from copies
-    uint64_t m_anchors[4] = {};         // by GroupSource, of the copies that are drawn
+    std::vector<KeptGroup> m_kept;      // state of every group
+    std::vector<Buffer<float>> m_tiles; // copy of every group
+    uint64_t m_tile_bytes = 0;          // bytes of all copies
+    std::vector<CoarseLook> m_looks;    // decision about each group that the frame sees
+    std::vector<uint32_t> m_due;        // indices, in `seen`, of the groups whose copies are made
+    std::vector<SeenGroup> m_near;      // near groups of this frame
+    std::vector<Drawn> m_drawn;         // groups drawn from copies
+    uint64_t m_anchors[4] = {};         // anchors of the copies drawn, by GroupSource
     std::vector<JoinScratch> m_scratch; // per worker
     uint64_t m_frame = 0;
-    int32_t m_appearance = -1; // that copies were made for
-    float m_fade = 0;          // the same: FrameOptions::lod_fade
+    int32_t m_appearance = -1; // appearance that copies were made for
+    float m_fade = 0;          // FrameOptions::lod_fade that copies were made for
 };
 
 } // namespace gsc

@@ -9,11 +9,12 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kShareOfMemory = 6; // copies take at most one in so many bytes that are free
+constexpr uint64_t kShareOfMemory = 6; // copies take at most 1 / kShareOfMemory of the free bytes
 // Share of the Gaussians that a model can have that copies of all of its groups hold: less than a third where they are far
 // enough, seven in ten of which are alive.
 constexpr double kKeptShare = 0.3;
-constexpr uint32_t kBudgetShare = 8, kLeastBudget = 512; // groups that a frame makes: one in so many, and some more
+// copies per frame: groups / kBudgetShare + kLeastBudget
+constexpr uint32_t kBudgetShare = 8, kLeastBudget = 512;
 
 } // namespace
 
@@ -72,7 +73,7 @@ const CoarseNow& CudaCoarse::begin(const FrameNow& frame, uint32_t eye_count, co
         m_now.frame = 0;
         m_any = false;
     }
-    // photographs that each have a row of their own would make copies that nobody draws
+    // photographs with an appearance row each would make copies that no later frame draws
     const bool makes = m_forget || !changed;
     m_any = m_any || makes;
     m_forget = false;

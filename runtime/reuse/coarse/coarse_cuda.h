@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coarse copies as the CUDA backend keeps them from frame to frame (kernels/coarse/README.md): its memory and what the
-// kernels must know of a frame. They decide everything else (kernels/coarse/coarse_cuda.h).
+// Coarse copies of the CUDA backend, kept from frame to frame (kernels/coarse/README.md): their memory, and the arguments of
+// a frame. The kernels decide everything else (kernels/coarse/coarse_cuda.h).
 #pragma once
 
 #include "kernels/coarse/coarse_cuda.h"
@@ -14,21 +14,20 @@ public:
     // unlimited: RendererOptions::coarse_unlimited.
     CudaCoarse(MemoryBudget& budget, bool unlimited) : m_arena(budget), m_unlimited(unlimited) {}
 
-    // So that no frame waits for them.
+    // Loads the kernels now, so that no frame waits for them.
     void loadKernels(const DeviceScene& scene) const;
-    // Forgets everything and gives the memory back. Whoever has graphs drops them.
+    // Forgets all copies and gives the memory back. Captured graphs are then invalid.
     void release();
-    // Must prepare() take memory? Then graphs and the memory of frames are to be given back before.
+    // True if prepare() will take memory: give back graphs and the memory of frames before.
     [[nodiscard]] bool needsMemory() const { return m_arena.bytes() == 0; }
-    // Room for the copies of the model, as many as a share of what is free allows, less `others` bytes. Throws Error
-    // (OutOfMemory, Device).
+    // Takes memory for copies: a share of the free memory, less `others` bytes. Throws Error (OutOfMemory, Device).
     void prepare(const DeviceScene& scene, uint64_t others);
 
-    // Begins a frame. After prepare(). Returns what its graph is launched with, as long as this lives. repeats: it is drawn
-    // again after another was begun: from the copies there are, and none is made.
+    // Begins a frame, after prepare(). Returns the arguments to launch its graph with, which live as long as this. repeats:
+    // the frame is drawn again after another was begun: from the copies there are, and none is made.
     const CoarseNow& begin(const FrameNow& now, uint32_t eye_count, const FrameOptions& options, bool repeats,
                            uint32_t processors, const CudaStream& stream);
-    const CoarseNow& beginAgain(); // the frame begun last overflowed; nothing is decided anew
+    const CoarseNow& beginAgain(); // the last frame overflowed and is drawn again by its first decisions
 
     void listAnchors(FrameCapture& capture, const FrameJob& job) const override;
     void decode(FrameCapture& capture, const FrameJob& job, uint32_t pass) const override;
@@ -36,8 +35,8 @@ public:
     [[nodiscard]] uint64_t bytes() const { return m_arena.bytes(); }
 
 private:
-    // Whether one kernel decides. Workers that share poses take the four kernels of large models: tests hold both ways
-    // against each other with one small model.
+    // True if one kernel decides instead of four. With m_unlimited the four run for small models too, so that tests can
+    // compare both ways.
     [[nodiscard]] bool decidesAtOnce(const DeviceScene& scene) const
     {
         return scene.model().params.group_count <= kCoarseFewGroups && !m_unlimited;
@@ -48,14 +47,14 @@ private:
     CoarseTables m_tables{};
     CoarseNow m_now{};
     bool m_unlimited;
-    bool m_levels = false;     // of the model: levelsSwitch()
-    bool m_forget = true;      // before the next frame
-    bool m_any = false;        // may there be copies?
-    int32_t m_appearance = -1; // that copies were made for, as is the fade
+    bool m_levels = false;     // levelsSwitch() of the model
+    bool m_forget = true;      // forget all copies before the next frame
+    bool m_any = false;        // there may be copies
+    int32_t m_appearance = -1; // copies were made for this appearance and this fade
     float m_lod_fade = 0;
 };
 
-// Adds what a frame drew, of one that was drawn with copies.
+// Adds the counts of a frame that was drawn with copies.
 void addCoarseCounts(const CoarseCounters& counters, uint32_t eye_count, FrameResult& result);
 
 } // namespace gsc

@@ -61,7 +61,7 @@ void BandBalance::learn(uint32_t width, std::span<const ColumnRange> bands, std:
             continue;
         const uint32_t first = bands[i].first / kColumnStep, end = stepsOf(bands[i].end);
         const double before = std::accumulate(m_cost.begin() + first, m_cost.begin() + end, 0.0);
-        // all columns of a band by the same factor: the shape within it is what other cuts have taught
+        // scales all columns of a band by one factor: earlier cuts have taught the shape within it
         const double factor = (1 - kNew) + kNew * (ms[i] / mean) / before;
         for (uint32_t step = first; step < end; ++step)
             m_cost[step] *= factor;

@@ -12,11 +12,11 @@ namespace gsc {
 // Costs of the image's columns, learned from frame to frame, to cut it into bands of equal cost.
 class BandBalance {
 public:
-    // `count` bands of an image that is `width` pixels wide, from the left, the last of which may end beyond it. Fewer
-    // where the image has not as many steps.
+    // Cuts an image `width` pixels wide into `count` bands, from the left; the last may end beyond the image. Returns
+    // fewer if the image has not enough steps of columns.
     std::vector<ColumnRange> cut(uint32_t width, uint32_t count);
 
-    // How long each band took that cut() gave for this width. A band of 0 ms says nothing.
+    // Learns the time of each band that cut() gave for this width. A band of 0 ms is ignored.
     void learn(uint32_t width, std::span<const ColumnRange> bands, std::span<const double> ms);
 
 private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Prediction of a frame's time from the counts of frames before it: weights of the counts are learned from the times,
-// and the counts are taken to go on as they have changed. Pure.
+// and the trend of the counts is taken to continue. Pure.
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -11,7 +11,7 @@
 
 namespace gsc {
 
-// The counts that carry a frame's cost, all eyes together.
+// Counts that determine a frame's cost, of all eyes together.
 struct FrameLoad {
     double anchors = 0, pairs = 0, evaluations = 0; // visible; (tile or bin, splat); (pixel, splat)
 };
@@ -23,8 +23,8 @@ public:
     // A frame began at `at` and took `ms`.
     void learn(ServiceTime at, const FrameLoad& load, double ms);
 
-    // Milliseconds of a frame that begins at `at`; 0 before the first was learned. At most kHorizon is looked ahead of the
-    // last frame.
+    // Milliseconds of a frame that begins at `at`; 0 before the first was learned. Looks at most kHorizon beyond the last
+    // frame.
     [[nodiscard]] double predict(ServiceTime at) const;
     // Milliseconds of a frame of this load.
     [[nodiscard]] double costOf(const FrameLoad& load) const;
@@ -48,7 +48,7 @@ private:
     FrameLoad m_unit;
     std::deque<Seen> m_seen;
     double m_products[4][4] = {}; // sums of products of terms, older frames less
-    Terms m_with_ms{};            // of terms and times
+    Terms m_with_ms{};            // weighted sums of terms times milliseconds
     double m_mean_ms = 0;
 };
 

@@ -12,13 +12,14 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kRounds = 8;             // turns of each plan
-constexpr uint32_t kSkipped = 1, kTurn = 2; // poses of a turn: the first; that count
-constexpr double kJump = 1.5;     // between whole frames before and after: nothing follows for what lies there
-constexpr double kDrift = 2;      // factor of what frames take
-constexpr uint32_t kSettled = 60; // poses that a mean of that is made of
+constexpr uint32_t kSkipped = 1, kTurn = 2; // poses of a turn: ignored at its start; that count
+// poses between whole frames whose times differ by this factor are not compared
+constexpr double kJump = 1.5;
+constexpr double kDrift = 2;      // factor of frame times
+constexpr uint32_t kSettled = 60; // poses until the running mean is settled
 constexpr double kLeastMs = 1e-3;
 
-// Infinity of none: what nothing is known of is never best.
+// Infinity of none: an unknown plan is never best.
 double median(std::vector<double> values)
 {
     if (values.empty())
@@ -133,7 +134,7 @@ double ModeChoice::wholeMs(size_t number, bool& jumps) const
     return std::clamp(curve, least / kJump, most * kJump);
 }
 
-// As parts of what one worker takes for the same poses, and those of a mean one.
+// Computes each plan's times: as shares of one worker's times for the same poses, scaled to a mean pose.
 void ModeChoice::compare()
 {
     double sum = 0;
@@ -154,7 +155,7 @@ void ModeChoice::compare()
                     (any ? any_interval : interval).push_back(counted.interval_ms / whole);
             }
         }
-        // poses at a jump count where there are no others
+        // poses at a jump count only if there are no others
         ms = ms.empty() ? any_ms : ms;
         busy = busy.empty() ? any_busy : busy;
         interval = interval.empty() ? any_interval : interval;
@@ -205,7 +206,7 @@ double ModeChoice::bestRate() const
 
 bool ModeChoice::drifted() const
 {
-    const double tried = m_trials[m_current].busy; // which does not depend on how many frames are in flight
+    const double tried = m_trials[m_current].busy; // busy time does not depend on the number of frames in flight
     return m_decided && m_trials.size() > 1 && m_since >= kSettled &&
            (m_now_ms > kDrift * tried || m_now_ms * kDrift < tried);
 }

@@ -9,13 +9,13 @@ namespace gsc {
 
 PaceDecision Pace::look(ServiceTime now, const PaceFacts& facts)
 {
-    if (facts.working == 0) { // nobody draws: no rate to speak of
+    if (facts.working == 0) { // no worker draws, so there is no rate
         m_low = m_high = std::nullopt;
         return facts.ready > 0 ? PaceDecision{PaceStep::Start, "no worker draws"} : PaceDecision{};
     }
     const bool unknown = facts.rate <= 0 && facts.predicted_rate <= 0;
     if (unknown || facts.starting > 0) {
-        m_low = m_high = std::nullopt; // what was seen before may hold no more
+        m_low = m_high = std::nullopt; // earlier observations may no longer hold
         if (facts.starting > 0)
             m_stepped = now;
     }
@@ -25,7 +25,7 @@ PaceDecision Pace::look(ServiceTime now, const PaceFacts& facts)
     const double worst = !known      ? facts.predicted_rate
                          : !foreseen ? facts.rate
                                      : std::min(facts.rate, facts.predicted_rate);
-    // with N the workers that remain: what they draw then is above max_fps, so that a stop is no reason for a start
+    // N: the remaining workers. They alone must still exceed max_fps, so that a stop never causes a start
     const uint32_t remain = facts.working - 1;
     const double most = remain > 0 ? (1 + 1.0 / remain) * m_rules.max_fps : 0;
     const auto follow = [now](std::optional<ServiceTime>& since, bool holds) {

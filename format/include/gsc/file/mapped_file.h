@@ -11,7 +11,7 @@ namespace gsc {
 
 // Messages for a mapping that cannot be read any more, one per way of output, each with its line end.
 struct FaultTexts {
-    std::string text;  // for people
+    std::string text;  // message for people
     std::string event; // schemas/progress-event.schema.json
     std::string json;  // schemas/error.schema.json
 };
@@ -37,7 +37,7 @@ private:
     std::unique_ptr<const FaultTexts> m_texts;
 };
 
-// Those of the mapping that `address` lies in, null if there is none. Async-signal-safe.
+// The mapped file that `address` lies in, null if there is none. Async-signal-safe.
 const FaultTexts* faultTextsOf(const void* address) noexcept;
 
 } // namespace gsc

@@ -25,12 +25,12 @@ public:
     OutputFile(const OutputFile&) = delete;
     OutputFile& operator=(const OutputFile&) = delete;
 
-    // Behind what was written before. Throws Error(Io), also when the disk is full.
+    // Appends. Throws Error(Io), also when the disk is full.
     void write(std::span<const std::byte> bytes);
     void write(std::string_view text) { write(std::as_bytes(std::span(text))); }
     // Positional, bytes from the start; thread-safe. Not for standard output.
     void writeAt(uint64_t offset, std::span<const std::byte> bytes);
-    [[nodiscard]] int descriptor() const;                   // of the temporary, to read and write
+    [[nodiscard]] int descriptor() const;                   // descriptor of the temporary file, to read and write
     [[nodiscard]] const std::string& temporaryPath() const; // not for standard output
     // Waits for the disk; commit() then does so for the name too. Throws Error(Io).
     void sync();
@@ -51,22 +51,22 @@ public:
     OutputFiles& operator=(const OutputFiles&) = delete;
 
     // All throw Error(Io).
-    void makeFolder(const std::string& path); // unless it is there; not those above it
+    void makeFolder(const std::string& path); // unless it exists; parents are not made
     void add(const std::string& path, OutputKind kind, std::string_view bytes);
     // Throws Error(Interrupted) before the first name is given. Where a later one fails the earlier stay.
     void commit();
 
 private:
     bool m_overwrite;
-    std::vector<std::string> m_folders; // that it made
+    std::vector<std::string> m_folders; // folders that this created
     std::vector<std::unique_ptr<OutputFile>> m_files;
 };
 
 // The whole of a small text. Throws Error(Io), without `overwrite` also where the file is there by then.
 void writeTextFile(const std::string& path, std::string_view text, bool overwrite);
 
-// Whether a last line without its end, which is not whole, is for certain what a killed program left of a line that
-// starts with `line_start`: it has all of that, or more than one character of it.
+// True if a last line without its end is certainly the rest that a killed program left of a line that starts with
+// `line_start`: it has all of that, or more than one character of it.
 bool isCutLine(std::string_view tail, std::string_view line_start);
 
 // Adds `line` and its end to a file of lines, or prints it where `path` is "-". Lines of programs side by side stay

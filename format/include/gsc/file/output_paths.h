@@ -35,13 +35,13 @@ std::string resolveOutput(const std::string& path);
 void checkOutput(const std::string& path, OutputKind kind, bool overwrite, OutputFolder folder = OutputFolder::Exists);
 // As checkOutput(), for a text that lines are added to: it may exist.
 void checkAppend(const std::string& path);
-// As checkOutput(), for a folder that is to be made; an empty one is no obstacle.
+// checkOutput() for a folder that is to be made; an empty one is no obstacle.
 void checkOutputFolder(const std::string& path, bool overwrite);
 
 // Throws Error(Usage) if `path` is "-" and the summary is JSON: standard output takes one document. `option` names it.
 void checkStandardOutput(const std::string& path, const char* option, bool json_summary);
 
-// The part before the last slash; "." and "/" where there is none.
+// The part before the last slash; "." or "/" if there is none.
 std::string folderOf(const std::string& path);
 // Throws Error(Io): "<path>: <what> (<reason>), expected ...; ...". `code` as errno has it.
 [[noreturn]] void failOutput(const std::string& path, const char* what, int code);
