@@ -3,6 +3,7 @@
 #pragma once
 
 #include "tests/kernels/render_tools.h"
+#include "tests/kernels/synthetic_model.h"
 
 #include <doctest/doctest.h>
 
@@ -10,6 +11,20 @@
 #include <vector>
 
 namespace gsc::test {
+
+inline SyntheticOptions bandScene(RasterRules rules, float log_scale = -3, uint32_t anchors = 1500)
+{
+    SyntheticOptions options;
+    options.anchors = anchors;
+    options.log_scale = log_scale;
+    options.raster_rules = rules;
+    return options;
+}
+
+inline std::vector<EyeParams> eyesApart(uint32_t width, uint32_t height)
+{
+    return {eyeAt(0.4f, -5, width, height), eyeAt(0.7f, -5, width, height)};
+}
 
 // Bytes of the targets of a frame, 0x5a where nothing was written.
 struct BandPicture {

@@ -2,7 +2,7 @@
 // Checks of frames with FrameOptions::detail, for every backend.
 #pragma once
 
-#include "tests/kernels/false_colour_tools.h"
+#include "tests/backends/false_colour_tools.h"
 #include "tests/kernels/render_tools.h"
 #include "tests/kernels/synthetic_model.h"
 

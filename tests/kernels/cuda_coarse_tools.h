@@ -2,7 +2,8 @@
 // Scenes of the tests of FrameOptions::detail on a GPU, and pictures to compare with.
 #pragma once
 
-#include "tests/kernels/reuse_tools.h"
+#include "tests/backends/reuse_scene.h"
+#include "tests/kernels/gpu_tools.h"
 
 #include <cmath>
 #include <cstdlib>

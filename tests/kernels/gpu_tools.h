@@ -2,7 +2,7 @@
 // Tools of the tests of a GPU's backend.
 #pragma once
 
-#include "tests/kernels/render_tools.h"
+#include "tests/backends/backend.h"
 #include "tests/kernels/synthetic_model.h"
 
 #include <memory>
@@ -19,9 +19,5 @@ constexpr uint32_t kManyAnchors = 24;
 
 // The CUDA backend, made once; throws where there is none (the executable has left by then).
 Renderer& cudaRenderer();
-
-// Everything a frame must hold on the GPU: exact against the scalar reference, fast against exact, the same bytes from
-// two runs. One check per property, so that a failure says which. `exact_db`: the least that exact must reach.
-void checkFrame(const ModelView& model, const std::vector<EyeParams>& eyes, FrameOptions options, double exact_db = 90);
 
 } // namespace gsc::test

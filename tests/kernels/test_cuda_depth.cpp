@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depths of pixels (FrameTarget::depth) on a GPU.
-#include "tests/kernels/reuse_tools.h"
+// Depths of pixels of frames that are drawn in several passes.
+#include "tests/backends/reuse_scene.h"
+#include "tests/kernels/gpu_tools.h"
 
 #include <doctest/doctest.h>
 
@@ -17,32 +18,6 @@ constexpr uint64_t kBudgetStep = 31;
 #endif
 
 } // namespace
-
-TEST_CASE("depths are those of the host's renderer, whatever a frame is drawn by")
-{
-    for (const RasterRules rules : {RasterRules::DiffGaussian, RasterRules::Gsplat}) {
-        SyntheticOptions made;
-        made.anchors = 1500;
-        made.raster_rules = rules;
-        const SyntheticModel model(made);
-        const auto gpu = open(model.view()), cpu = open(model.view(), "cpu");
-        std::vector<EyeParams> eyes = walk(0, 2);
-        std::vector<std::vector<float>> pictures;
-        for (const FrameOptions& options : {onGrey(Tier::Exact), onGrey(Tier::Fast), with(ReusePolicy::Depth, 2)}) {
-            CAPTURE(uint32_t(options.tier));
-            CAPTURE(uint32_t(options.reuse.policy));
-            const auto wanted = renderDepths(*cpu, eyes, options, pictures);
-            const auto got = renderDepths(*gpu, eyes, options, pictures);
-            const auto plain = render(*gpu, eyes, options);
-            const bool exact = options.tier == Tier::Exact;
-            for (size_t e = 0; e < 2; ++e) {
-                CHECK(otherDepths(wanted[e], got[e], exact ? 1e-5 : 1e-4) < (exact ? 1e-3 : 1e-2));
-                CHECK(std::ranges::count_if(got[e], [](float z) { return z < 100; }) > 100);
-                CHECK(sameBytes(pictures[e], plain[e].pixels));
-            }
-        }
-    }
-}
 
 TEST_CASE("depths of several passes are those of one")
 {

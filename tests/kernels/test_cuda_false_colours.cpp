@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// False colours on a GPU: those of the CPU, and nothing of them is left in the pictures that follow.
-#include "tests/kernels/false_colour_tools.h"
-#include "tests/kernels/reuse_tools.h"
+// False colours on a GPU: those of the CPU.
+#include "tests/backends/false_colour_tools.h"
 
 #include <doctest/doctest.h>
 
@@ -9,12 +8,6 @@ using namespace gsc;
 using namespace gsc::test;
 
 namespace {
-
-std::vector<EyeParams> ahead(int i)
-{
-    const float x = 0.2f + 0.02f * float(i);
-    return {eyeAhead(x, -5, 128, 96), eyeAhead(x + 0.1f, -5, 128, 96)};
-}
 
 FrameOptions viewed(FrameOptions options, FrameView view)
 {
@@ -39,30 +32,11 @@ TEST_CASE("false colours: levels and ages are the CPU's, in both tiers, of eyes 
                         CAPTURE(shared);
                         FrameOptions options = viewed(onGrey(tier), view);
                         options.stereo = stereo;
-                        const auto eyes = shared ? ahead(0) : viewEyes(0, 2);
+                        const auto eyes = shared ? viewsAhead() : viewEyes(0, 2);
                         const auto a = render(*gpu, eyes, options), b = render(*cpu, eyes, options);
                         for (size_t e = 0; e < 2; ++e)
                             CHECK(compare(a[e].pixels, b[e].pixels).psnr > (tier == Tier::Exact ? 90 : 60));
                     }
-        checkLevels(*gpu, model.view(), viewEyes(0, 2), onGrey(Tier::Exact));
-        checkLevels(*gpu, model.view(), viewEyes(0, 2), onGrey(Tier::Fast));
-    }
-}
-
-TEST_CASE("false colours: counts of the pixels are those of the frame")
-{
-    for (const RasterRules rules : {RasterRules::DiffGaussian, RasterRules::Gsplat}) {
-        SyntheticOptions of = modelOptions(LevelRule::Round);
-        of.raster_rules = rules;
-        const SyntheticModel model(of);
-        const auto gpu = open(model.view());
-        for (const Tier tier : {Tier::Exact, Tier::Fast}) {
-            CAPTURE(int(rules));
-            CAPTURE(int(tier));
-            checkCost(*gpu, viewEyes(0, 2), viewed(onGrey(tier), FrameView::Cost));
-            checkCost(*gpu, ahead(0), viewed(onGrey(tier), FrameView::Cost));
-        }
-        checkCost(*gpu, ahead(0), viewed(with(ReusePolicy::Depth, 3), FrameView::Cost));
     }
 }
 
@@ -79,43 +53,6 @@ TEST_CASE("false colours: costs are of the CPU's order, and none is what nothing
     }
     CHECK(of_gpu < 2 * of_cpu);
     CHECK(of_cpu < 2 * of_gpu);
-}
-
-TEST_CASE("false colours: change no byte of the pictures around them, with and without reuse")
-{
-    const SyntheticModel model(modelOptions(LevelRule::Round));
-    for (const ReusePolicy policy : {ReusePolicy::None, ReusePolicy::Depth}) {
-        CAPTURE(int(policy));
-        checkSwitching(*open(model.view()), *open(model.view()), with(policy, 3), 5);
-    }
-    FrameOptions merged = with(ReusePolicy::Depth, 3);
-    merged.stereo = StereoMode::Merged;
-    checkSwitching(*open(model.view()), *open(model.view()), merged, 5);
-    checkSwitching(*open(model.view()), *open(model.view()), onGrey(Tier::Exact), 5);
-}
-
-TEST_CASE("false colours: what is kept grows old, and what is decoded anew is young again")
-{
-    const SyntheticModel model(modelOptions(LevelRule::Round));
-    for (const StereoMode stereo : {StereoMode::Exact, StereoMode::Merged}) {
-        FrameOptions options = with(ReusePolicy::Depth, 3);
-        options.stereo = stereo;
-        checkAges(*open(model.view()), options);
-    }
-}
-
-TEST_CASE("false colours: without detail every group is near, in both tiers and with reuse")
-{
-    const SyntheticModel model(modelOptions(LevelRule::Round));
-    const auto gpu = open(model.view()), reference = open(model.view(), "cpu-reference");
-    for (FrameOptions options : {onGrey(Tier::Exact), onGrey(Tier::Fast), with(ReusePolicy::Depth, 3)}) {
-        std::fill_n(options.background, 3, 0.0f);
-        options.view = FrameView::Detail;
-        checkOneColour(render(*gpu, viewEyes(0, 2), options), detailColour(GroupSource::Near), 2e-3f);
-    }
-    FrameOptions exact = viewed(onGrey(Tier::Exact), FrameView::Detail);
-    std::fill_n(exact.background, 3, 0.0f);
-    checkOneColour(render(*reference, viewEyes(0, 2), exact), detailColour(GroupSource::Near), 1e-4f);
 }
 
 namespace {

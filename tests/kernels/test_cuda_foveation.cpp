@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Foveation: what an eye looks at is drawn as without it, what lies around it with fewer Gaussians.
 #include "kernels/math/foveation.h"
-#include "tests/kernels/false_colour_tools.h"
-#include "tests/kernels/reuse_tools.h"
+#include "tests/backends/false_colour_tools.h"
+#include "tests/backends/reuse_scene.h"
 
 #include <doctest/doctest.h>
 

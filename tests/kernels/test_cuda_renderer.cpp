@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The renderer interface on a GPU: targets, two frames in flight, several renderers, a device that is lost.
 #include "tests/kernels/gpu_buffers.h"
-#include "tests/kernels/reuse_tools.h"
+#include "tests/backends/reuse_scene.h"
+#include "tests/kernels/gpu_tools.h"
 
 #include <doctest/doctest.h>
 
@@ -100,7 +101,7 @@ TEST_CASE("renderer: two frames in flight draw what one after the other does, ho
     const SyntheticModel model(levels());
     FrameOptions lag = onGrey(Tier::Fast);
     lag.lod_hysteresis = 0.5f;
-    for (const FrameOptions& options : {lag, with(ReusePolicy::Depth, 2)}) {
+    for (const FrameOptions& options : {lag, with(ReusePolicy::Depth, 0, 2)}) {
         CAPTURE(uint32_t(options.reuse.policy));
         const auto wanted = drawWalk(*open(model.view()), options, 4, How::OneByOne);
         for (const How how : {How::TwoInFlight, How::Polled, How::NewestFirst}) {
@@ -275,7 +276,7 @@ TEST_CASE("renderer: two on threads of their own, on two devices where there are
         return gpu;
     };
     CHECK_THROWS_WITH_AS(on(devices_here), doctest::Contains("of its devices"), Error);
-    const FrameOptions options = with(ReusePolicy::Depth, 2);
+    const FrameOptions options = with(ReusePolicy::Depth, 0, 2);
     const std::vector<Frame> wanted = drawWalk(*on(0), options, 4, How::OneByOne);
     std::vector<Frame> drawn[2];
     std::vector<std::thread> threads;

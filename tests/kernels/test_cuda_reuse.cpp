@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reuse on a GPU: what is drawn again is what was decoded, whatever model, eyes and frames there are.
+// Reuse on a GPU: it decides as on a CPU, says what it does not do, and nothing depends on the order of atomics or on how
+// often a frame was drawn.
 #include <gsc/error.h>
-#include "tests/kernels/reuse_tools.h"
+#include "tests/backends/reuse_scene.h"
+#include "tests/kernels/gpu_tools.h"
+#include "tests/support/outcome.h"
 
 #include <doctest/doctest.h>
 
@@ -21,17 +24,6 @@ std::vector<EyeParams> walkAhead(int i, float apart)
 
 } // namespace
 
-TEST_CASE("reuse: a depth of 0 draws what no reuse draws")
-{
-    for (const LevelRule rule : {LevelRule::None, LevelRule::Round})
-        for (const size_t eyes : {1, 2}) {
-            CAPTURE(int(rule));
-            CAPTURE(eyes);
-            const SyntheticModel model(modelOptions(rule));
-            checkLikeNone(model.view(), with(ReusePolicy::Depth, 0), eyes);
-        }
-}
-
 TEST_CASE("reuse: eyes that share their bins, with entries of their own or one for both, or none at all")
 {
     const SyntheticModel model(modelOptions(LevelRule::Round));
@@ -43,7 +35,7 @@ TEST_CASE("reuse: eyes that share their bins, with entries of their own or one f
                 CAPTURE(limit);
                 CAPTURE(apart);
                 const auto reusing = open(model.view());
-                FrameOptions options = with(ReusePolicy::Depth, 0), none = with(ReusePolicy::None);
+                FrameOptions options = with(ReusePolicy::Depth, 0, 0), none = with(ReusePolicy::None);
                 options.stereo = none.stereo = stereo;
                 options.reuse.cache_bytes = limit;
                 for (int i = 0; i < 3; ++i) {
@@ -62,78 +54,6 @@ TEST_CASE("reuse: eyes that share their bins, with entries of their own or one f
                     CHECK(double(actual[0].result.eyes[0].pairs) < pairs * (together ? 1.01 : 2));
                 }
             }
-}
-
-TEST_CASE("reuse: networks with every input, levels that fade, and few Gaussians per anchor")
-{
-    SyntheticOptions options = modelOptions(LevelRule::Progressive);
-    options.appearance_dim = 8;
-    options.appearance_rows = 3;
-    options.flags |= kModelFeatureBank | kModelBankDistance | kModelBankLevel;
-    options.inputs = kMlpTakesDistance | kMlpTakesAppearance | kMlpTakesLevel;
-    options.n_offsets = 5;
-    const SyntheticModel model(options);
-    FrameOptions frame = with(ReusePolicy::Depth, 0);
-    frame.appearance = 1;
-    frame.lod_fade = 0.5f;
-    checkLikeNone(model.view(), frame, 2);
-
-    // another row is another look: nothing of the first is drawn
-    const auto plain = open(model.view()), reusing = open(model.view());
-    frame.reuse.max_depth = 1000;
-    (void)render(*reusing, walk(0, 1), frame);
-    frame.appearance = 2;
-    const auto actual = render(*reusing, walk(0, 1), frame);
-    CHECK(actual[0].result.eyes[0].anchors_reused == 0);
-    frame.reuse = {};
-    CHECK(compare(actual[0].pixels, render(*plain, walk(0, 1), frame)[0].pixels).psnr >= 75);
-}
-
-TEST_CASE("reuse: black and background are told apart as without it")
-{
-    size_t black = 0, grey = 0;
-    for (uint32_t seed = 1; seed <= 40; ++seed) {
-        CAPTURE(seed);
-        SyntheticOptions options;
-        options.anchors = 3;
-        options.n_offsets = 1;
-        options.seed = seed;
-        const SyntheticModel model(options);
-        const auto plain = open(model.view()), reusing = open(model.view());
-        const auto expected = render(*plain, walk(0, 1), with(ReusePolicy::None));
-        FrameOptions kept = with(ReusePolicy::Depth);
-        for (const uint64_t limit : {0, 0, 1}) { // as it is decoded into an entry, as it is kept, and without an entry
-            kept.reuse.cache_bytes = limit;
-            CHECK(compare(render(*reusing, walk(0, 1), kept)[0].pixels, expected[0].pixels).psnr >= 60);
-        }
-        black += expected[0].pixels[0] == 0;
-        grey += expected[0].pixels[0] == 0.5f;
-    }
-    CHECK(black > 0);
-    CHECK(grey > 0);
-}
-
-TEST_CASE("reuse: eyes come and go, reuse too, and both eyes stay close to what is decoded for every frame")
-{
-    const SyntheticModel model(modelOptions());
-    const auto plain = open(model.view()), reusing = open(model.view());
-    uint64_t reused = 0;
-    for (int i = 0; i < 16; ++i) {
-        CAPTURE(i);
-        const size_t eyes = size_t(i / 5) % 2 + 1;
-        FrameOptions options = with(i % 7 == 3 ? ReusePolicy::None : ReusePolicy::Depth, 1);
-        if (i % 11 > 7)
-            options.stereo = StereoMode::Merged;
-        const auto actual = render(*reusing, walk(i, eyes), options);
-        FrameOptions none = options;
-        none.reuse = {};
-        const auto expected = render(*plain, walk(i, eyes), none);
-        for (size_t e = 0; e < eyes; ++e) {
-            CHECK(compare(actual[e].pixels, expected[e].pixels).psnr > 40);
-            reused += actual[e].result.eyes[e].anchors_reused;
-        }
-    }
-    CHECK(reused > 0);
 }
 
 TEST_CASE("reuse: frames of several passes keep nothing and draw the same")
@@ -172,4 +92,109 @@ TEST_CASE("reuse: frames of several passes keep nothing and draw the same")
         CHECK(error.code() == ErrorCode::OutOfMemory);
     }
     CHECK(most > 1);
+}
+
+TEST_CASE("reuse: depth decides as on a CPU")
+{
+    for (const DepthGuidance guidance : {DepthGuidance::Linear, DepthGuidance::Exponential, DepthGuidance::Staged}) {
+        CAPTURE(int(guidance));
+        const SyntheticModel model(modelOptions(LevelRule::Round));
+        const auto gpu = open(model.view()), cpu = open(model.view(), "cpu");
+        FrameOptions options = with(ReusePolicy::Depth, 0, 3);
+        options.reuse.guidance = guidance;
+        uint64_t reused = 0;
+        for (int i = 0; i < 7; ++i) {
+            CAPTURE(i);
+            const std::vector<EyeParams> eyes = walk(i < 5 ? i : 6 * i, guidance == DepthGuidance::Linear ? 2 : 1);
+            const auto a = render(*gpu, eyes, options), b = render(*cpu, eyes, options);
+            for (size_t e = 0; e < eyes.size(); ++e) {
+                const EyeCounts &got = a[e].result.eyes[e], &want = b[e].result.eyes[e];
+                CHECK(got.anchors_decoded == want.anchors_decoded);
+                CHECK(got.anchors_reused == want.anchors_reused);
+                reused += got.anchors_reused;
+            }
+        }
+        CHECK(reused > 0);
+    }
+}
+
+TEST_CASE("reuse: what a GPU does not do is refused, and the renderer goes on")
+{
+    const SyntheticModel model(modelOptions());
+    Renderer& gpu = cudaRenderer();
+    gpu.load(model.view());
+    const auto refusal = [&](const FrameOptions& options) {
+        std::string text;
+        try {
+            render(gpu, walk(0, 2), options);
+        } catch (const Error& error) {
+            CHECK(error.code() == ErrorCode::Unsupported);
+            text = error.what();
+        }
+        return text;
+    };
+    FrameOptions options = with(ReusePolicy::Depth);
+    options.tier = Tier::Exact;
+    CHECK(refusal(options).find("tier exact") != std::string::npos);
+    for (const Tier tier : {Tier::Fast, Tier::Exact}) {
+        options = with(ReusePolicy::Error);
+        options.tier = tier;
+        CHECK(refusal(options).find("draw with a detail") != std::string::npos);
+    }
+    CHECK(refusal(with(ReusePolicy::Depth)).empty());
+}
+
+TEST_CASE("reuse: frames that were drawn again for want of room decide as those that were not, and twice the same")
+{
+    SyntheticOptions many = modelOptions();
+    many.anchors = 600 * kManyAnchors;
+    many.log_scale = -0.3f; // more bins of every splat than there is room for at first
+    const SyntheticModel model(many);
+    uint64_t repeats = 0;
+    for (const StereoMode stereo : {StereoMode::Exact, StereoMode::Merged})
+        for (const bool ample : {true, false}) {
+            CAPTURE(int(stereo));
+            CAPTURE(ample);
+            const float apart = ample ? 0.3f : 0.03f;
+            const auto eyes = [&](int i) { // the last frame is larger, and too large on the way
+                const uint32_t width = i < 2 ? 130 : 260, height = i < 2 ? 80 : 160;
+                const float x = 0.4f + 0.05f * float(i);
+                return std::vector<EyeParams>{eyeAhead(x, -4.5f, width, height),
+                                              eyeAhead(x + apart, -4.5f, width, height)};
+            };
+            FrameOptions options = with(ReusePolicy::Depth, 0, 1);
+            options.stereo = stereo;
+            options.reuse.cache_bytes = ample ? 0 : (48u << 10) * kManyAnchors;
+            const auto fresh = open(model.view()), warm = open(model.view());
+            (void)render(*warm, eyes(2), options);
+            warm->dropCaches();
+            for (int i = 0; i < 3; ++i) {
+                CAPTURE(i);
+                const auto a = render(*fresh, eyes(i), options), b = render(*warm, eyes(i), options);
+                repeats += a[0].result.repeats;
+                CHECK(a[0].result.passes == 1); // several would keep nothing
+                CHECK(b[0].result.repeats == 0);
+                CHECK(a[0].result.cache_evictions == b[0].result.cache_evictions);
+                for (size_t e = 0; e < 2; ++e) {
+                    const EyeCounts &got = a[e].result.eyes[e], &want = b[e].result.eyes[e];
+                    CHECK(sameBytes(a[e].pixels, b[e].pixels));
+                    CHECK(got.anchors_decoded == want.anchors_decoded);
+                    CHECK(got.anchors_reused == want.anchors_reused);
+                }
+            }
+        }
+    CHECK(repeats > 0);
+}
+
+TEST_CASE("reuse: dropped caches give their memory back")
+{
+    const SyntheticModel model(modelOptions());
+    const auto backend = open(model.view());
+    const FrameResult kept = render(*backend, walk(0, 1), with(ReusePolicy::Depth))[0].result;
+    backend->dropCaches();
+    const FrameResult none = render(*backend, walk(0, 1), with(ReusePolicy::None))[0].result;
+    CHECK(none.cache_bytes == 0);
+    const FrameResult again = render(*backend, walk(0, 1), with(ReusePolicy::Depth))[0].result;
+    CHECK(again.cache_bytes == kept.cache_bytes);
+    CHECK(again.bytes_resident == kept.bytes_resident);
 }

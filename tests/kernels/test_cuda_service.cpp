@@ -4,7 +4,8 @@
 #include "runtime/service/faulty_renderer.h"
 #include "runtime/devices/device_pictures.h"
 #include "tests/kernels/gpu_buffers.h"
-#include "tests/kernels/reuse_tools.h"
+#include "tests/backends/reuse_scene.h"
+#include "tests/kernels/gpu_tools.h"
 
 #include <doctest/doctest.h>
 

@@ -8,6 +8,10 @@ add_library(gsc_test_synthetic STATIC kernels/synthetic_model.cpp kernels/synthe
 target_link_libraries(gsc_test_synthetic PUBLIC gsc_format PRIVATE gsc_build_flags)
 target_include_directories(gsc_test_synthetic PUBLIC ${PROJECT_SOURCE_DIR})
 
+# says to the cases of backends/ that they are about the CPU
+add_library(gsc_test_on_cpu STATIC backends/on_cpu.cpp)
+target_link_libraries(gsc_test_on_cpu PUBLIC gsc_test_synthetic gsc_runtime gsc_kernels PRIVATE gsc_build_flags)
+
 set(kernel_libs gsc_test_synthetic gsc_runtime gsc_scores gsc_metrics gsc_kernels gsc_simd)
 gsc_add_test(test_kernel_math SOURCES kernels/test_math.cpp kernels/test_read_ahead.cpp LIBS ${kernel_libs})
 gsc_add_test(test_kernel_simd_math SOURCES kernels/test_simd_math.cpp LIBS ${kernel_libs})
@@ -24,13 +28,13 @@ gsc_add_test(test_kernel_decode SOURCES kernels/test_decode.cpp LIBS ${kernel_li
 gsc_add_test(test_kernel_sensitivity SOURCES kernels/test_sensitivity.cpp LIBS ${kernel_libs})
 gsc_add_test(test_kernel_raster SOURCES kernels/test_project.cpp kernels/test_raster.cpp LIBS ${kernel_libs})
 gsc_add_test(test_kernel_coarse SOURCES kernels/test_coarse_rule.cpp LIBS ${kernel_libs})
-gsc_add_test(test_kernel_frame SOURCES kernels/test_frame.cpp LIBS ${kernel_libs})
+gsc_add_test(test_kernel_frame SOURCES kernels/test_frame.cpp backends/test_frames.cpp LIBS gsc_test_on_cpu ${kernel_libs})
 
 set(gsc_test_cuda_sources
-    support/gpu_main.cpp kernels/gpu_tools.cpp kernels/test_cuda_frame.cpp kernels/test_cuda_graph.cpp kernels/test_cuda_pictures.cpp kernels/test_cuda_passes.cpp kernels/test_cuda_renderer.cpp kernels/test_cuda_service.cpp kernels/test_cuda_depth.cpp kernels/test_cuda_bands.cpp kernels/test_cuda_false_colours.cpp kernels/test_cuda_foveation.cpp kernels/test_cuda_scores.cpp
+    support/gpu_main.cpp backends/on_cuda.cpp backends/test_frames.cpp backends/test_reuse.cpp backends/test_false_colours.cpp
+    backends/test_bands.cpp backends/test_depths.cpp kernels/gpu_tools.cpp kernels/test_cuda_frame.cpp kernels/test_cuda_graph.cpp kernels/test_cuda_pictures.cpp kernels/test_cuda_passes.cpp kernels/test_cuda_renderer.cpp kernels/test_cuda_service.cpp kernels/test_cuda_depth.cpp kernels/test_cuda_bands.cpp kernels/test_cuda_false_colours.cpp kernels/test_cuda_foveation.cpp kernels/test_cuda_scores.cpp
     kernels/test_cuda_coarse.cpp kernels/test_cuda_coarse_models.cpp kernels/test_cuda_coarse_limits.cpp kernels/test_cuda_coarse_scenes.cpp
-    kernels/test_cuda_shared.cpp kernels/test_cuda_far.cpp kernels/test_cuda_reuse.cpp kernels/test_cuda_reuse_policy.cpp
-    kernels/test_cuda_reuse_limits.cpp kernels/test_cuda_load.cpp kernels/test_cuda_select.cpp
+    kernels/test_cuda_shared.cpp kernels/test_cuda_far.cpp kernels/test_cuda_reuse.cpp kernels/test_cuda_load.cpp kernels/test_cuda_select.cpp
     kernels/gpu_decode.cpp kernels/test_cuda_decode.cpp kernels/test_cuda_decode_ring.cpp
     kernels/test_cuda_touch.cpp kernels/gpu_bin.cpp kernels/test_cuda_bin.cpp kernels/test_cuda_sort.cpp kernels/blend_scene.cpp kernels/gpu_blend.cpp kernels/test_cuda_blend.cpp
     kernels/test_cuda_long_lists.cpp)

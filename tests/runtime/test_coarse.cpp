@@ -2,7 +2,7 @@
 // Far groups drawn from coarse copies, on a CPU.
 #include "runtime/reuse/coarse/coarse_cpu.h"
 #include "tests/kernels/coarse_scene.h"
-#include "tests/runtime/reuse_tools.h"
+#include "tests/backends/reuse_scene.h"
 
 #include <doctest/doctest.h>
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// False colours on a CPU: what they show, and that they leave nothing behind.
+// False colours on a CPU: their ramps and legends, and the scalar reference.
 #include <gsc/error.h>
 #include "runtime/view/colour_legend.h"
-#include "tests/kernels/false_colour_tools.h"
-#include "tests/runtime/reuse_tools.h"
+#include "tests/backends/false_colour_tools.h"
 
 #include <doctest/doctest.h>
 
@@ -62,33 +61,6 @@ TEST_CASE("a legend has the colours that are drawn, each with a word; a picture 
     }
 }
 
-TEST_CASE("views change no byte of the pictures around them, with and without reuse")
-{
-    const SyntheticModel model(modelOptions(LevelRule::Round));
-    for (const StereoMode stereo : {StereoMode::Exact, StereoMode::Merged})
-        for (const ReusePolicy policy : {ReusePolicy::None, ReusePolicy::Depth, ReusePolicy::Error}) {
-            if (stereo == StereoMode::Merged && policy == ReusePolicy::Error)
-                continue;
-            CAPTURE(int(stereo));
-            CAPTURE(int(policy));
-            FrameOptions options = with(policy, 2, 3);
-            options.stereo = stereo;
-            checkSwitching(*open(model.view()), *open(model.view()), options);
-        }
-}
-
-TEST_CASE("level: every pixel is a mixture of the levels' colours, and light ends where it did")
-{
-    for (const LevelRule rule : {LevelRule::None, LevelRule::Round})
-        for (const ReusePolicy policy : {ReusePolicy::None, ReusePolicy::Error}) {
-            CAPTURE(int(rule));
-            const SyntheticModel model(modelOptions(rule));
-            const auto fast = open(model.view());
-            FrameOptions options = with(policy);
-            checkLevels(*fast, model.view(), viewEyes(0, 2), options);
-        }
-}
-
 TEST_CASE("views of the scalar reference are those of the fast renderer")
 {
     const SyntheticModel model(modelOptions(LevelRule::Round));
@@ -105,33 +77,6 @@ TEST_CASE("views of the scalar reference are those of the fast renderer")
     FrameOptions options = with(ReusePolicy::None);
     options.view = FrameView::Cost;
     checkCost(*reference, viewEyes(0, 2), options);
-}
-
-TEST_CASE("cost: counts of the pixels are those of the frame")
-{
-    const SyntheticModel model(modelOptions(LevelRule::Round));
-    const auto backend = open(model.view());
-    for (const ReusePolicy policy : {ReusePolicy::None, ReusePolicy::Error}) {
-        FrameOptions options = with(policy);
-        options.view = FrameView::Cost;
-        checkCost(*backend, viewEyes(0, 2), options);
-    }
-    SyntheticOptions gsplat = modelOptions();
-    gsplat.raster_rules = RasterRules::Gsplat;
-    const SyntheticModel other(gsplat);
-    FrameOptions options = with(ReusePolicy::None);
-    options.view = FrameView::Cost;
-    checkCost(*open(other.view()), viewEyes(0, 1), options);
-}
-
-TEST_CASE("age: a camera that stands still sees what it kept grow old, and what is decoded anew is young again")
-{
-    const SyntheticModel model(modelOptions(LevelRule::Round));
-    for (const StereoMode stereo : {StereoMode::Exact, StereoMode::Merged}) {
-        FrameOptions options = with(ReusePolicy::Depth, 0, 3);
-        options.stereo = stereo;
-        checkAges(*open(model.view()), options);
-    }
 }
 
 TEST_CASE("a view that there is not is refused")

@@ -6,7 +6,7 @@
 #include "runtime/devices/device_fallback.h"
 #include "tests/kernels/render_tools.h"
 #include "tests/kernels/synthetic_model.h"
-#include "tests/runtime/reuse_tools.h"
+#include "tests/backends/reuse_scene.h"
 
 #include <doctest/doctest.h>
 
@@ -119,43 +119,6 @@ TEST_CASE("a depth is that of the splat behind which less than half of the light
         blendReference<float>(splats, {{0, 3}, {0, 1, 2}}, 1, 1, rules, black, image, {depths, 2});
         CHECK(depths[0] == wanted);
         CHECK(depths[1] == -7);
-    }
-}
-
-TEST_CASE("the fast path finds the reference's depths, and draws the same picture beside them")
-{
-    for (const RasterRules rules : {RasterRules::DiffGaussian, RasterRules::Gsplat}) {
-        SyntheticOptions made = modelOptions(LevelRule::None);
-        made.raster_rules = rules;
-        const SyntheticModel model(made);
-        const std::vector<EyeParams> eyes = walk(0, 2);
-        const auto fast = open(model.view()), reference = makeCpuRenderer(CpuPath::Reference, 1);
-        reference->load(model.view());
-        std::vector<std::vector<float>> pictures;
-        const auto wanted = renderDepths(*reference, eyes, FrameOptions{}, pictures);
-        for (const ReusePolicy policy : {ReusePolicy::None, ReusePolicy::Depth}) {
-            FrameOptions options;
-            options.reuse.policy = policy;
-            const auto depths = renderDepths(*fast, eyes, options, pictures);
-            for (size_t e = 0; e < 2; ++e) {
-                CHECK(otherDepths(wanted[e], depths[e], 1e-4) < 2e-3);
-                CHECK(std::ranges::count(depths[e], INFINITY) > 100);
-                CHECK(std::ranges::count_if(depths[e], [](float z) { return z < 100; }) > 100);
-            }
-            CHECK(pictures[1] == render(*fast, eyes, options)[1].pixels);
-        }
-    }
-    SyntheticOptions made;
-    made.anchors = 1;
-    const SyntheticModel model(made);
-    std::vector<EyeParams> behind = walk(0, 1);
-    behind[0].world_to_view[11] -= 100; // all of the model
-    std::vector<std::vector<float>> pictures;
-    for (const CpuPath path : {CpuPath::Fast, CpuPath::Reference}) {
-        const auto renderer = makeCpuRenderer(path, 1);
-        renderer->load(model.view());
-        const auto depths = renderDepths(*renderer, behind, FrameOptions{}, pictures)[0];
-        CHECK(size_t(std::ranges::count(depths, INFINITY)) == depths.size());
     }
 }
 

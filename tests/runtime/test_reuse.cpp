@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Entries that may be drawn again, and that nothing else changes: policies, budgets, both eyes.
+// Entries that may be drawn again on a CPU: budgets, limits, entries that both eyes draw.
 #include <gsc/error.h>
 #include "kernels/reuse/reuse_math.h"
-#include "tests/runtime/reuse_tools.h"
+#include "kernels/reuse/schedule.h"
+#include "tests/backends/reuse_scene.h"
 
 #include <doctest/doctest.h>
 
@@ -11,85 +12,17 @@
 using namespace gsc;
 using namespace gsc::test;
 
-namespace {
-
-// That `options` draws over a walk what no reuse does, but for the half precision of the entries.
-void checkLikeNone(const ModelView& model, const FrameOptions& options, size_t eye_count)
+TEST_CASE("a bound of 0 draws what no reuse draws, of levels that fade and lag too")
 {
-    const auto plain = open(model), reusing = open(model);
-    FrameOptions none = options;
-    none.reuse = {};
-    for (int i = 0; i < 5; ++i) {
-        CAPTURE(i);
-        const auto expected = render(*plain, walk(i, eye_count), none);
-        const auto actual = render(*reusing, walk(i, eye_count), options);
-        for (size_t e = 0; e < eye_count; ++e) {
-            CHECK(compare(actual[e].pixels, expected[e].pixels).psnr > 70);
-            CHECK(double(actual[e].result.eyes[e].gaussians_visible) ==
-                  doctest::Approx(double(expected[e].result.eyes[e].gaussians_visible)).epsilon(0.005));
-        }
-    }
-}
-
-} // namespace
-
-TEST_CASE("a bound of 0 and a depth of 0 draw what no reuse draws")
-{
+    FrameOptions soft = with(ReusePolicy::Error);
+    soft.lod_fade = 0.5f;
+    soft.lod_hysteresis = 0.25f;
     for (const LevelRule rule : {LevelRule::None, LevelRule::Round, LevelRule::Progressive})
         for (const size_t eyes : {1, 2}) {
             CAPTURE(int(rule));
             CAPTURE(eyes);
-            const SyntheticModel model(modelOptions(rule));
-            checkLikeNone(model.view(), with(ReusePolicy::Error), eyes);
-            checkLikeNone(model.view(), with(ReusePolicy::Depth, 0, 0), eyes);
-            FrameOptions soft = with(ReusePolicy::Error);
-            soft.lod_fade = 0.5f;
-            soft.lod_hysteresis = 0.25f;
-            checkLikeNone(model.view(), soft, eyes);
+            checkLikeNone(SyntheticModel(modelOptions(rule)).view(), soft, eyes);
         }
-}
-
-TEST_CASE("networks with every input, and float positions, draw the same from the cache")
-{
-    SyntheticOptions options = modelOptions(LevelRule::None);
-    options.appearance_dim = 8;
-    options.appearance_rows = 3;
-    options.flags |= kModelFeatureBank | kModelBankDistance;
-    options.inputs = kMlpTakesDistance | kMlpTakesAppearance;
-    options.encoding = PositionEncoding::Float;
-    options.n_offsets = 5;
-    const SyntheticModel model(options);
-    FrameOptions frame = with(ReusePolicy::Error);
-    frame.appearance = 1;
-    checkLikeNone(model.view(), frame, 2);
-
-    // another row is another look: nothing of the first is drawn
-    const auto plain = open(model.view()), reusing = open(model.view());
-    frame.reuse.bound = 1000;
-    (void)render(*reusing, walk(0, 1), frame);
-    frame.appearance = 2;
-    const auto actual = render(*reusing, walk(0, 1), frame);
-    CHECK(actual[0].result.eyes[0].anchors_reused == 0);
-    frame.reuse = {};
-    CHECK(compare(actual[0].pixels, render(*plain, walk(0, 1), frame)[0].pixels).psnr > 70);
-}
-
-TEST_CASE("a camera that stands still decodes once")
-{
-    const SyntheticModel model(modelOptions(LevelRule::Round));
-    const auto backend = open(model.view());
-    const auto first = render(*backend, walk(3, 2), with(ReusePolicy::Error));
-    for (int i = 0; i < 3; ++i) {
-        const auto again = render(*backend, walk(3, 2), with(ReusePolicy::Error));
-        for (size_t e = 0; e < 2; ++e) {
-            const EyeCounts& counts = again[e].result.eyes[e];
-            CHECK(again[e].pixels == first[e].pixels);
-            CHECK(counts.anchors_decoded == 0);
-            CHECK(counts.anchors_reused == counts.anchors_visible);
-        }
-    }
-    backend->dropCaches();
-    CHECK(render(*backend, walk(3, 2), with(ReusePolicy::Error))[0].result.eyes[0].anchors_reused == 0);
 }
 
 TEST_CASE("depth decodes every entry again when it is older than the depth allows")
@@ -105,21 +38,6 @@ TEST_CASE("depth decodes every entry again when it is older than the depth allow
         CHECK((counts.anchors_decoded > 0) == (i % 4 == 0));
         CHECK((counts.anchors_reused > 0) == (i % 4 != 0));
     }
-}
-
-TEST_CASE("the paper's loop: depth with one decode for both eyes")
-{
-    for (const LevelRule rule : {LevelRule::None, LevelRule::Round}) {
-        CAPTURE(int(rule));
-        const SyntheticModel model(modelOptions(rule));
-        FrameOptions options = with(ReusePolicy::Depth, 0, 0);
-        options.stereo = StereoMode::Merged;
-        checkLikeNone(model.view(), options, 2);
-        options.lod_fade = 0.5f;
-        checkLikeNone(model.view(), options, 2);
-    }
-    const SyntheticModel model(modelOptions(LevelRule::None));
-    checkPaperLoop(*open(model.view()), *open(model.view()), with(ReusePolicy::Depth));
 }
 
 TEST_CASE("the guidance shortens the depth as more of the view is new")
@@ -187,29 +105,6 @@ TEST_CASE("a decode budget holds, what is new is decoded all the same, and waiti
     }
 }
 
-TEST_CASE("a small cache holds its limit and draws the same")
-{
-    SyntheticOptions many = modelOptions(LevelRule::None);
-    many.anchors = 6000;
-    const SyntheticModel model(many);
-    FrameOptions options = with(ReusePolicy::Error);
-    options.reuse.cache_bytes = 1u << 20;
-    checkLikeNone(model.view(), options, 2);
-    const auto backend = open(model.view());
-    uint64_t evicted = 0;
-    for (int i = 0; i < 4; ++i) {
-        // two views that share little, in turn
-        const float center[3] = {0, 0, 0}, target[3] = {0.1f, 0.2f, i % 2 == 0 ? 9.0f : -9.0f};
-        const auto image = render(*backend, {lookAt(center, target, 0.8f, 64, 64)}, options);
-        evicted += image[0].result.cache_evictions;
-        // the tables that find an entry are not part of the limit, they are a few bytes per strip
-        CHECK(image[0].result.cache_bytes < options.reuse.cache_bytes + (1u << 18));
-    }
-    CHECK(evicted > 0);
-    options.reuse.cache_bytes = 1; // room for nothing
-    checkLikeNone(model.view(), options, 2);
-}
-
 TEST_CASE("a limit that falls is kept at once, and dropping the caches gives their memory back")
 {
     SyntheticOptions many = modelOptions(LevelRule::None);
@@ -269,47 +164,6 @@ TEST_CASE("an eye that would share what the budget does not let the other decode
         const Difference d = compare(actual[e].pixels, expected[e].pixels);
         CHECK(d.psnr > 60);       // 66 measured, 38 for the right eye if it has only its own
         CHECK(d.worst * 255 < 6); // 3.7, and 54
-    }
-}
-
-TEST_CASE("black and background are told apart as without reuse")
-{
-    size_t black = 0, grey = 0;
-    for (uint32_t seed = 1; seed <= 60; ++seed) {
-        SyntheticOptions options;
-        options.anchors = 3;
-        options.n_offsets = 1;
-        options.seed = seed;
-        const SyntheticModel model(options);
-        const auto plain = open(model.view(), 1), reusing = open(model.view(), 1);
-        FrameOptions none = with(ReusePolicy::None);
-        const auto expected = render(*plain, walk(0, 1), none);
-        const auto actual = render(*reusing, walk(0, 1), with(ReusePolicy::Error));
-        CAPTURE(seed);
-        CHECK(compare(actual[0].pixels, expected[0].pixels).psnr > 60);
-        black += expected[0].pixels[0] == 0;
-        grey += expected[0].pixels[0] == 0.5f;
-    }
-    CHECK(black > 0);
-    CHECK(grey > 0);
-}
-
-TEST_CASE("eyes come and go, policies change, and both eyes stay within what the options say")
-{
-    const SyntheticModel model(modelOptions(LevelRule::None));
-    const auto plain = open(model.view()), reusing = open(model.view());
-    for (int i = 0; i < 40; ++i) {
-        CAPTURE(i);
-        const size_t eyes = size_t(i / 5) % 2 + 1;
-        const ReusePolicy policy = i % 7 == 3   ? ReusePolicy::None
-                                   : i % 11 > 7 ? ReusePolicy::Depth
-                                                : ReusePolicy::Error;
-        FrameOptions options = with(policy, 2, 1);
-        options.reuse.decode_budget = i % 3 == 0 ? 400 : 0;
-        const auto actual = render(*reusing, walk(i, eyes), options);
-        const auto expected = render(*plain, walk(i, eyes), with(ReusePolicy::None));
-        for (size_t e = 0; e < eyes; ++e)
-            CHECK(compare(actual[e].pixels, expected[e].pixels).psnr > 40);
     }
 }
 

@@ -3,7 +3,7 @@
 #include <gsc/half.h>
 #include "kernels/reuse/reuse_math.h"
 #include "kernels/reuse/schedule.h"
-#include "tests/runtime/reuse_tools.h"
+#include "tests/backends/reuse_scene.h"
 
 #include <doctest/doctest.h>
 
@@ -12,6 +12,46 @@
 
 using namespace gsc;
 using namespace gsc::test;
+
+namespace {
+
+// One strip of small Gaussians that a camera has seen once, and then from elsewhere.
+struct StepScene {
+    std::vector<uint16_t> sensitivity = std::vector<uint16_t>(2 * kStripAnchors, 0x3c00); // 1
+    SyntheticModel model{[] {
+        SyntheticOptions options;
+        options.anchors = kStripAnchors;
+        options.log_scale = -8;
+        options.extent = 0.3f;
+        options.seed = 3;
+        return options;
+    }()};
+    ModelView view = model.view();
+    std::vector<EyeParams> before = walk(0, 1), after = walk(1, 1);
+
+    StepScene() { view.sensitivity = sensitivity.data(); }
+
+    // Predicted change of the strip, in 1/255.
+    [[nodiscard]] float change() const
+    {
+        StripAnchors anchors;
+        loadStripAnchors(view, view.sensitivity, view.groups[0], 0, anchors);
+        return 255 * stripError(anchors, 0xffffu, before[0].center, after[0].center);
+    }
+    // Anchors that the second frame decodes where `bound` is allowed.
+    uint64_t decoded(Renderer& backend, float bound) const
+    {
+        FrameOptions options;
+        options.reuse.policy = ReusePolicy::Error;
+        options.reuse.bound = bound;
+        backend.load(view);
+        for (int i = 0; i < 3; ++i) // a camera that stood still is on no way
+            render(backend, before, options);
+        return render(backend, after, options)[0].result.eyes[0].anchors_decoded;
+    }
+};
+
+} // namespace
 
 TEST_CASE("the error policy decodes less the larger its bound and stays close to the truth")
 {

@@ -69,36 +69,6 @@ std::unique_ptr<Renderer> open(CpuPath path, int threads, const ModelView& model
 
 } // namespace
 
-TEST_CASE("one decode for both eyes: fast draws what scalar draws, and decodes each anchor once")
-{
-    for (const LevelRule rule : {LevelRule::None, LevelRule::Round, LevelRule::Progressive}) {
-        CAPTURE(int(rule));
-        const SyntheticModel model(withRule(rule));
-        const std::vector<EyeParams> eyes = eyesApart(0.8f, 0.1f);
-        const auto fast = open(CpuPath::Fast, 2, model.view()), scalar = open(CpuPath::Reference, 1, model.view());
-        const auto expected = render(*scalar, eyes, merged());
-        const auto actual = render(*fast, eyes, merged());
-        FrameOptions exact = merged();
-        exact.stereo = StereoMode::Exact;
-        const auto apart = render(*fast, eyes, exact);
-        const EyeCounts* counts = actual[0].result.eyes;
-        for (size_t e = 0; e < 2; ++e) {
-            CAPTURE(e);
-            CHECK(compare(actual[e].pixels, expected[e].pixels).psnr > 80);
-            CHECK(compare(actual[e].pixels, apart[e].pixels).psnr < 60); // the networks looked from elsewhere
-            CHECK(counts[e].anchors_visible == apart[0].result.eyes[e].anchors_visible);
-            CHECK(counts[e].gaussians_alive == expected[0].result.eyes[e].gaussians_alive);
-            CHECK(counts[e].anchors_visible < counts[0].anchors_decoded); // each sees some alone
-        }
-        CHECK(counts[0].anchors_decoded < counts[0].anchors_visible + counts[1].anchors_visible);
-        CHECK(counts[1].anchors_decoded == 0);
-        const auto one_thread = open(CpuPath::Fast, 1, model.view());
-        const auto again = render(*one_thread, eyes, merged());
-        for (size_t e = 0; e < 2; ++e)
-            CHECK(again[e].pixels == actual[e].pixels);
-    }
-}
-
 TEST_CASE("one decode for two lenses at one place is the exact one, and so is that of a single eye")
 {
     const SyntheticModel model(withRule(LevelRule::Progressive));

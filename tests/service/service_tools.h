@@ -3,7 +3,7 @@
 #pragma once
 
 #include "runtime/service/renderer_service.h"
-#include "tests/runtime/reuse_tools.h"
+#include "tests/backends/reuse_scene.h"
 
 #include <map>
 

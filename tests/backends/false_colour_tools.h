@@ -3,7 +3,7 @@
 #pragma once
 
 #include "kernels/present/false_colour.h"
-#include "tests/kernels/reuse_scene.h"
+#include "tests/backends/reuse_scene.h"
 
 #include <array>
 #include <cstring>
@@ -21,6 +21,12 @@ inline std::vector<EyeParams> viewEyes(int i, size_t eye_count)
         eye = lookAt(position, target, 0.9f, 128, 96);
     }
     return eyes;
+}
+
+// Two that look the same way, and so share their bins.
+inline std::vector<EyeParams> viewsAhead()
+{
+    return {eyeAhead(0.2f, -5, 128, 96), eyeAhead(0.3f, -5, 128, 96)};
 }
 
 inline std::map<std::array<float, 3>, uint32_t> countsByColour()

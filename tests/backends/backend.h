@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// The renderer that a program's cases are about. Cases in this folder are linked into two programs or more, once with
+// on_cpu.cpp and once with on_cuda.cpp.
+#pragma once
+
+#include "tests/kernels/render_tools.h"
+
+#include <memory>
+#include <vector>
+
+namespace gsc::test {
+
+struct Backend {
+    const char* name;                  // of makeRenderer()
+    const char* judge;                 // one that it is held to
+    std::vector<Tier> tiers;           // that it draws differently
+    std::vector<ReusePolicy> policies; // that it has, but for None
+    double kept_db;                    // PSNR of what is drawn from half precision entries of this very frame
+    double other_depths;               // share of pixels whose depth tier fast may take from another Gaussian
+    uint64_t table_bytes;              // of a cache, beyond its limit: what finds an entry, histograms
+    int frames;                        // that a walk takes; an emulated device is slow
+};
+extern const Backend kBackend;
+
+inline std::unique_ptr<Renderer> open(const ModelView& model, const char* name, int threads = 1)
+{
+    std::unique_ptr<Renderer> renderer = makeRenderer({name}, {threads});
+    renderer->load(model);
+    return renderer;
+}
+inline std::unique_ptr<Renderer> open(const ModelView& model, int threads = 2)
+{
+    return open(model, kBackend.name, threads);
+}
+
+inline FrameOptions with(ReusePolicy policy, float bound = 0, uint32_t depth = 10)
+{
+    FrameOptions options = onGrey(Tier::Fast);
+    options.reuse.policy = policy;
+    options.reuse.bound = bound;
+    options.reuse.max_depth = depth;
+    return options;
+}
+
+// Every way to draw a frame: each tier, and each policy of reuse.
+inline std::vector<FrameOptions> waysToDraw(float bound = 0, uint32_t depth = 3)
+{
+    std::vector<FrameOptions> ways;
+    for (const Tier tier : kBackend.tiers)
+        ways.push_back(onGrey(tier));
+    for (const ReusePolicy policy : kBackend.policies)
+        ways.push_back(with(policy, bound, depth));
+    return ways;
+}
+
+// Everything a frame must hold: near the scalar reference, with its counts. One check per property, so that a failure says
+// which. Defined beside the cases of frames that are of one backend alone. `exact_db`: the least that tier exact must reach.
+void checkFrame(const ModelView& model, const std::vector<EyeParams>& eyes, FrameOptions options, double exact_db = 90);
+
+// Can it be drawn with one decode for both eyes?
+inline bool merges(const FrameOptions& options)
+{
+    return options.reuse.policy != ReusePolicy::Error;
+}
+
+} // namespace gsc::test
