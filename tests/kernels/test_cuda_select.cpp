@@ -2,6 +2,7 @@
 // Selection on the device against the flat scalar pass: the same set, whatever the model, the rule and the eyes.
 #include "kernels/select/select.h"
 #include "kernels/select/select_cuda.h"
+#include "tests/backends/selection.h"
 #include "tests/kernels/gpu_stage.h"
 
 #include "kernels/math/anchor.h"
@@ -11,6 +12,7 @@
 #include <doctest/doctest.h>
 
 #include <map>
+#include <memory>
 #include <set>
 
 using namespace gsc;
@@ -123,18 +125,13 @@ Wanted selectOnHost(const ModelView& model, const std::vector<EyeParams>& eyes, 
     return wanted;
 }
 
-struct Checked {
-    uint32_t listed = 0;        // entries the list needs
-    uint64_t groups_tested = 0; // of all eyes
-};
-
-Checked checkSelection(const ModelView& view, const StageModel& model, const std::vector<EyeParams>& eyes,
-                       float lod_bias, float lod_fade = 0)
+Selected checkSelection(const ModelView& view, const StageModel& model, const std::vector<EyeParams>& eyes,
+                        float lod_bias, float lod_fade)
 {
     const Wanted wanted = selectOnHost(view, eyes, lod_bias, lod_fade);
     const DeviceSelection found = selectOnDevice(model, eyes, lod_bias, model.scene.model().anchor_count, lod_fade);
     const FrameCounters& counters = found.counters;
-    Checked checked{uint32_t(wanted.seen.size()), 0};
+    Selected checked{.listed = wanted.seen.size(), .visible = size_t(wanted.visible[0]) + wanted.visible[1]};
     CHECK(counters.overflow == 0);
     CHECK(counters.anchors_listed == wanted.seen.size());
     CHECK(found.seen.size() == wanted.seen.size());
@@ -162,7 +159,7 @@ Checked checkSelection(const ModelView& view, const StageModel& model, const std
         sum += found.histogram[b];
         known &= found.histogram[b] == 0 || wanted.buckets.count(b) != 0;
     }
-    CHECK(sum == uint64_t(wanted.visible[0]) + wanted.visible[1]);
+    CHECK(sum == checked.visible);
     CHECK(known);
     for (uint32_t e = 0; e < eyes.size(); ++e) {
         CHECK(counters.anchors_visible[e] == wanted.visible[e]);
@@ -179,127 +176,16 @@ Checked checkSelection(const ModelView& view, const StageModel& model, const std
     return checked;
 }
 
-const std::vector<std::vector<EyeParams>> kCameras = {
-    {eyeAt(0.4f, -5, 150, 110)},
-    {eyeAt(0.4f, -5, 150, 110), eyeAt(0.7f, -5, 150, 110)},
-    {eyeAt(0.2f, -1, 90, 140), eyeAt(2.4f, -3, 61, 40)}, // from within, and eyes that share little
-};
+const std::vector<EyeParams> kTwoEyes = {eyeAt(0.4f, -5, 150, 110), eyeAt(0.7f, -5, 150, 110)};
 
 } // namespace
 
-TEST_CASE("select: anchors around a group of 128, one and two eyes")
+CheckSelection gsc::test::selectionOf(const ModelView& model)
 {
-    for (const uint32_t anchors : {1u, 127u, 128u, 129u, 257u}) {
-        CAPTURE(anchors);
-        SyntheticOptions options;
-        options.anchors = anchors;
-        options.feat_dim = 4;
-        options.n_offsets = 1;
-        options.extent = 1; // in one chunk, whose last group is the only short one
-        options.seed = anchors;
-        const SyntheticModel synthetic(options);
-        const StageModel model(synthetic.view());
-        uint32_t listed = 0;
-        for (const auto& eyes : kCameras)
-            listed += checkSelection(synthetic.view(), model, eyes, 0).listed;
-        CHECK(listed > 0);
-    }
-}
-
-TEST_CASE("select: every level rule, both rasterisers, biased levels, smooth transitions")
-{
-    for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat})
-        for (const LevelRule rule :
-             {LevelRule::None, LevelRule::Floor, LevelRule::Round, LevelRule::Ceil, LevelRule::Progressive}) {
-            CAPTURE(uint32_t(raster));
-            CAPTURE(uint32_t(rule));
-            SyntheticOptions options;
-            options.anchors = 3000;
-            options.feat_dim = 4;
-            options.n_offsets = 2;
-            options.raster_rules = raster;
-            options.level_rule = rule;
-            options.levels = 4;
-            options.flags = rule == LevelRule::Ceil ? uint32_t(kModelHasLevels) : kModelHasLevels | kModelLodHalfCell;
-            options.seed = 70 + uint32_t(rule);
-            const SyntheticModel synthetic(options);
-            const StageModel model(synthetic.view());
-            uint32_t listed = 0;
-            for (const auto& eyes : kCameras)
-                for (const float fade : {0.0f, 0.25f, 1.0f})
-                    listed +=
-                        checkSelection(synthetic.view(), model, eyes, eyes.size() == 1 ? 0.7f : 0.0f, fade).listed;
-            CHECK(listed > 300);
-        }
-}
-
-TEST_CASE("select: rotations, float positions, degenerate anchors, a scene out of sight")
-{
-    SyntheticOptions options;
-    options.anchors = 700;
-    options.feat_dim = 4;
-    options.n_offsets = 1;
-    options.encoding = PositionEncoding::Float;
-    SyntheticAnchors anchors = randomAnchors(options);
-    Random random(23);
-    for (size_t i = 0; i < 4 * anchors.count(); ++i)
-        anchors.rotation.push_back(i / 4 % 50 == 0 ? 0.0f : random.normal());
-    for (size_t i = 0; i < 6; ++i) {
-        anchors.scale[6 * 10 + i] = -INFINITY; // trap 15
-        anchors.scale[6 * 20 + i] = 30;        // far larger than the scene
-    }
-    for (size_t i = 0; i < 700; i += 9)
-        anchors.scale[6 * i + i % 3] = NAN; // trap 18: never visible
-    const SyntheticModel synthetic(syntheticParams(options), anchors, randomMlps(options), {}, 0);
-    const StageModel model(synthetic.view());
-    for (const auto& eyes : kCameras)
-        CHECK(checkSelection(synthetic.view(), model, eyes, 0).listed > 50);
-    options.encoding = PositionEncoding::Grid;
-    const SyntheticModel plain(options);
-    const StageModel plain_model(plain.view());
-    const float position[3] = {0, 0, -60}, away[3] = {0, 0, -90};
-    const Checked nothing = checkSelection(plain.view(), plain_model, {lookAt(position, away, 1, 50, 40)}, 0);
-    CHECK(nothing.listed == 0);
-    CHECK(nothing.groups_tested == 0); // its chunks already are out of sight
-}
-
-TEST_CASE("select: many chunks, any pair of eyes, levels and fades: no chunk is left out that has a visible anchor")
-{
-    Random random(57);
-    for (const LevelRule rule : {LevelRule::None, LevelRule::Ceil, LevelRule::Progressive}) {
-        CAPTURE(uint32_t(rule));
-        SyntheticOptions options;
-        options.anchors = 6000;
-        options.feat_dim = 4;
-        options.n_offsets = 1;
-        options.level_rule = rule;
-        options.levels = rule == LevelRule::None ? 1 : 3;
-        options.flags = rule == LevelRule::None ? 0 : kModelHasLevels | kModelLodHalfCell;
-        options.extent = rule == LevelRule::None ? 110 : 40;
-        options.log_scale = -2;
-        options.seed = 90 + uint32_t(rule);
-        const SyntheticModel synthetic(options);
-        const ModelView& view = synthetic.view();
-        // a warp has several runs, without levels more than it has lanes for
-        REQUIRE(view.params->chunk_count > (rule == LevelRule::None ? 1024 : 64) * kTestProcessors);
-        const StageModel model(view);
-        uint64_t listed = 0, tested = 0, tests = 0;
-        for (int i = 0; i < 6; ++i) {
-            const EyeParams eye = randomEye(random, i % 3 == 2 ? 150.0f : 40.0f);
-            const float lean = random.uniform(-1.5f, 1.5f);
-            const std::vector<EyeParams> pairs[] = {
-                {eye}, {eye, randomEye(random, 40)}, {offCentre(eye, lean * eye.tan_fov_x, 0.3f), eye}};
-            for (const auto& eyes : pairs) {
-                const Checked checked =
-                    checkSelection(view, model, eyes, i % 4 == 3 ? 0.7f : 0.0f, i % 2 == 0 ? 0.0f : 0.5f);
-                listed += checked.listed;
-                tested += checked.groups_tested;
-                tests += eyes.size();
-            }
-        }
-        CHECK(listed > 2000);
-        CHECK(tested < tests * view.params->group_count / 3 * 2);
-    }
+    return [&model, there = std::make_shared<StageModel>(model)](const std::vector<EyeParams>& eyes, float lod_bias,
+                                                                 float lod_fade) {
+        return checkSelection(model, *there, eyes, lod_bias, lod_fade);
+    };
 }
 
 TEST_CASE("select: the groups of a chunk beyond one run, the last of them short")
@@ -313,8 +199,8 @@ TEST_CASE("select: the groups of a chunk beyond one run, the last of them short"
     REQUIRE(synthetic.view().params->chunk_count == 8);
     const StageModel model(synthetic.view());
     CHECK(model.scene.model().run_count >= 8);
-    for (const auto& eyes : kCameras)
-        checkSelection(synthetic.view(), model, eyes, 0);
+    for (const auto& eyes : {kTwoEyes, {eyeAt(0.2f, -1, 90, 140), eyeAt(2.4f, -3, 61, 40)}}) // and from within
+        checkSelection(synthetic.view(), model, eyes, 0, 0);
 }
 
 TEST_CASE("select: a list that is too short is filled, not overrun, and says so")
@@ -328,13 +214,12 @@ TEST_CASE("select: a list that is too short is filled, not overrun, and says so"
     options.level_rule = LevelRule::Progressive; // its fractions are a second list
     const SyntheticModel synthetic(options);
     const StageModel model(synthetic.view());
-    const std::vector<EyeParams>& eyes = kCameras[1];
-    const Wanted wanted = selectOnHost(synthetic.view(), eyes, 0);
+    const Wanted wanted = selectOnHost(synthetic.view(), kTwoEyes, 0);
     const auto needed = uint32_t(wanted.seen.size());
     REQUIRE(needed > 200);
     for (const uint32_t capacity : {needed, needed - 1, needed / 2, 129u, 1u, 0u}) {
         CAPTURE(capacity);
-        const DeviceSelection found = selectOnDevice(model, eyes, 0, capacity);
+        const DeviceSelection found = selectOnDevice(model, kTwoEyes, 0, capacity);
         CHECK(found.counters.overflow == (capacity < needed ? kVisibleOverflow : 0u));
         CHECK(found.counters.anchors_listed == needed); // what the list is grown to
         CHECK(found.counters.anchors_visible[0] == wanted.visible[0]);
@@ -365,7 +250,7 @@ TEST_CASE("select: needles so long that rounding leaves no determinant above zer
                 anchors.scale[6 * i + axis] = axis == 0 ? 0.0f : -1000.0f;
         const SyntheticModel model(params, anchors, randomMlps(options), {}, 0);
         const StageModel stage(model.view());
-        checkSelection(model.view(), stage, eyes, 0);
+        checkSelection(model.view(), stage, eyes, 0, 0);
         for (uint32_t i = 0; needles && i < anchors.count(); ++i) {
             const float scale[3] = {1, 0, 0};
             float q[4];

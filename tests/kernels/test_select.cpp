@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hierarchical selection gives the set of the flat pass, exactly, for any camera and rule.
+// The hierarchical selection of the CPU: the flat pass's set, exactly, for any camera and rule, and what it looks at.
 #include "kernels/threads/parallel.h"
 #include "kernels/select/bounds.h"
 #include "kernels/select/select.h"
-#include "tests/kernels/synthetic_model.h"
+#include "tests/backends/selection.h"
 #include "tests/support/sanitized.h"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <limits>
 
 using namespace gsc;
 using namespace gsc::test;
@@ -27,40 +26,6 @@ std::vector<VisibleAnchor> selectFast(const ModelView& model, const std::vector<
     return {visible.data(), visible.data() + n};
 }
 
-// Compares eye by eye with the flat pass; returns how many anchors were visible.
-size_t checkSameSet(const ModelView& model, const std::vector<EyeParams>& eyes, float lod_bias, float lod_fade = 0,
-                    size_t* fading = nullptr)
-{
-    const Workers one(1), two(2);
-    SelectCounts counts{}, counts_two{};
-    const std::vector<VisibleAnchor> fast = selectFast(model, eyes, lod_bias, lod_fade, one, counts);
-    const std::vector<VisibleAnchor> threaded = selectFast(model, eyes, lod_bias, lod_fade, two, counts_two);
-    REQUIRE(fast.size() == threaded.size());
-    size_t total = 0;
-    for (uint32_t e = 0; e < eyes.size(); ++e) {
-        const auto flat = selectReference<float>(model, eyes[e], rasterConstants(*model.params, 0), lod_bias, lod_fade);
-        size_t at = 0;
-        bool same = true;
-        for (size_t i = 0; i < fast.size(); ++i) {
-            same &= fast[i].chunk == threaded[i].chunk && fast[i].local == threaded[i].local &&
-                    fast[i].eyes == threaded[i].eyes;
-            if (!(fast[i].eyes >> e & 1))
-                continue;
-            same &= at < flat.size() && flat[at].chunk == fast[i].chunk && flat[at].local == fast[i].local &&
-                    flat[at].fraction == fast[i].fraction[e];
-            if (fading != nullptr)
-                *fading += fast[i].fraction[e] < 1;
-            ++at;
-        }
-        CHECK(same);
-        CHECK(at == flat.size());
-        CHECK(counts.anchors_visible[e] == flat.size());
-        CHECK(counts_two.anchors_visible[e] == flat.size());
-        total += flat.size();
-    }
-    return total;
-}
-
 EyeParams shifted(EyeParams eye, float right)
 {
     eye.world_to_view[3] -= right;
@@ -72,6 +37,42 @@ EyeParams shifted(EyeParams eye, float right)
 }
 
 } // namespace
+
+// Compares eye by eye with the flat pass, one thread and two.
+CheckSelection gsc::test::selectionOf(const ModelView& model)
+{
+    return [&model](const std::vector<EyeParams>& eyes, float lod_bias, float lod_fade) {
+        static const Workers one(1), two(2);
+        SelectCounts counts{}, counts_two{};
+        const std::vector<VisibleAnchor> fast = selectFast(model, eyes, lod_bias, lod_fade, one, counts);
+        const std::vector<VisibleAnchor> threaded = selectFast(model, eyes, lod_bias, lod_fade, two, counts_two);
+        REQUIRE(fast.size() == threaded.size());
+        Selected selected{.listed = fast.size()};
+        for (uint32_t e = 0; e < eyes.size(); ++e) {
+            const auto flat =
+                selectReference<float>(model, eyes[e], rasterConstants(*model.params, 0), lod_bias, lod_fade);
+            size_t at = 0;
+            bool same = true;
+            for (size_t i = 0; i < fast.size(); ++i) {
+                same &= fast[i].chunk == threaded[i].chunk && fast[i].local == threaded[i].local &&
+                        fast[i].eyes == threaded[i].eyes;
+                if (!(fast[i].eyes >> e & 1))
+                    continue;
+                same &= at < flat.size() && flat[at].chunk == fast[i].chunk && flat[at].local == fast[i].local &&
+                        flat[at].fraction == fast[i].fraction[e];
+                selected.fading += fast[i].fraction[e] < 1;
+                ++at;
+            }
+            CHECK(same);
+            CHECK(at == flat.size());
+            CHECK(counts.anchors_visible[e] == flat.size());
+            CHECK(counts_two.anchors_visible[e] == flat.size());
+            selected.visible += flat.size();
+            selected.groups_tested += counts.groups_tested[e];
+        }
+        return selected;
+    };
+}
 
 TEST_CASE("every LOD rule and rasteriser, cameras inside, outside and far: the flat pass's set")
 {
@@ -90,15 +91,16 @@ TEST_CASE("every LOD rule and rasteriser, cameras inside, outside and far: the f
             options.flags = rule == LevelRule::None ? 0 : kModelHasLevels | kModelLodHalfCell;
             options.seed = 5 + uint32_t(rule);
             const SyntheticModel model(options);
+            const CheckSelection select = selectionOf(model.view());
             for (int i = 0; i < casesOf(12); ++i) {
                 const EyeParams eye = randomEye(random, i % 3 == 2 ? 80.0f : 6.0f);
-                visible += checkSameSet(model.view(), {eye}, i % 4 == 3 ? 0.7f : 0.0f);
-                visible += checkSameSet(model.view(), {eye, shifted(eye, 0.3f)}, 0);
+                visible += select({eye}, i % 4 == 3 ? 0.7f : 0.0f, 0).visible;
+                visible += select({eye, shifted(eye, 0.3f)}, 0, 0).visible;
                 const float lean = random.uniform(-1.5f, 1.5f), tilt = random.uniform(-1, 1);
-                visible += checkSameSet(model.view(),
-                                        {offCentre(eye, lean * eye.tan_fov_x, tilt * eye.tan_fov_y),
-                                         offCentre(eye, -lean * eye.tan_fov_x, 3 * tilt * eye.tan_fov_y)},
-                                        0);
+                visible += select({offCentre(eye, lean * eye.tan_fov_x, tilt * eye.tan_fov_y),
+                                   offCentre(eye, -lean * eye.tan_fov_x, 3 * tilt * eye.tan_fov_y)},
+                                  0, 0)
+                               .visible;
             }
         }
     CHECK(visible > 10000);
@@ -118,6 +120,7 @@ TEST_CASE("a smooth transition: the flat pass's set and factors for every rule a
         options.flags = rule == LevelRule::None ? 0 : kModelHasLevels | kModelLodHalfCell;
         options.seed = 5 + uint32_t(rule);
         const SyntheticModel model(options);
+        const CheckSelection select = selectionOf(model.view());
         for (const float fade : {1e-6f, 0.1f, 0.25f, 0.5f, 1.0f}) {
             CAPTURE(int(rule));
             CAPTURE(fade);
@@ -125,9 +128,11 @@ TEST_CASE("a smooth transition: the flat pass's set and factors for every rule a
             for (int i = 0; i < casesOf(8); ++i) {
                 const EyeParams eye = randomEye(random, i % 3 == 2 ? 80.0f : 6.0f);
                 const float bias = i % 4 == 3 ? 0.7f : 0.0f;
-                hard += checkSameSet(model.view(), {eye}, bias);
-                soft += checkSameSet(model.view(), {eye}, bias, fade, &fading);
-                checkSameSet(model.view(), {eye, shifted(eye, 0.3f)}, 0, fade);
+                hard += select({eye}, bias, 0).visible;
+                const Selected faded = select({eye}, bias, fade);
+                soft += faded.visible;
+                fading += faded.fading;
+                (void)select({eye, shifted(eye, 0.3f)}, 0, fade);
             }
             const bool fades = rule != LevelRule::None && rule != LevelRule::Progressive;
             CHECK((fades ? soft >= hard : soft == hard));
@@ -139,30 +144,6 @@ TEST_CASE("a smooth transition: the flat pass's set and factors for every rule a
     }
 }
 
-TEST_CASE("float positions, rotated and degenerate anchors: the flat pass's set")
-{
-    SyntheticOptions options;
-    options.anchors = 2000;
-    options.n_offsets = 1;
-    options.feat_dim = 4;
-    options.encoding = PositionEncoding::Float;
-    SyntheticAnchors anchors = randomAnchors(options);
-    Random random(23);
-    for (size_t i = 0; i < anchors.count(); ++i)
-        for (int c = 0; c < 4; ++c)
-            anchors.rotation.push_back(i % 50 == 0 ? 0.0f : random.normal());
-    constexpr float kInf = std::numeric_limits<float>::infinity();
-    for (int c = 0; c < 6; ++c) {
-        anchors.scale[6 * 10 + size_t(c)] = -kInf; // trap 15
-        anchors.scale[6 * 20 + size_t(c)] = 30;    // far larger than the scene
-    }
-    const SyntheticModel model(syntheticParams(options), anchors, randomMlps(options), {}, 0);
-    size_t visible = 0;
-    for (int i = 0; i < casesOf(40); ++i)
-        visible += checkSameSet(model.view(), {randomEye(random, i % 2 ? 6.0f : 40.0f)}, 0);
-    CHECK(visible > 1000);
-}
-
 TEST_CASE("views that scale and shear: the flat pass's set")
 {
     SyntheticOptions options;
@@ -171,6 +152,7 @@ TEST_CASE("views that scale and shear: the flat pass's set")
     options.feat_dim = 4;
     options.log_scale = -1.5f;
     const SyntheticModel model(options);
+    const CheckSelection select = selectionOf(model.view());
     Random random(23);
     size_t visible = 0;
     for (int i = 0; i < 24; ++i) {
@@ -185,43 +167,9 @@ TEST_CASE("views that scale and shear: the flat pass's set")
             eye.full_projection[4 + c] = w[4] / eye.tan_fov_y;
             eye.full_projection[8 + c] = eye.full_projection[12 + c] = w[8];
         }
-        visible += checkSameSet(model.view(), {eye}, 0);
+        visible += select({eye}, 0, 0).visible;
     }
     CHECK(visible > 3000);
-}
-
-TEST_CASE("a camera amid fine anchors that are shown from close by alone: the flat pass's set")
-{
-    SyntheticOptions options;
-    options.anchors = 4000;
-    options.n_offsets = 1;
-    options.feat_dim = 4;
-    options.level_rule = LevelRule::Floor;
-    options.levels = 4;
-    options.flags = kModelHasLevels;
-    options.extent = 0.5f;
-    SyntheticModel model(options);
-    model.params().near_z = 0.001f;
-    model.params().standard_dist = 0.6f; // the finest level is shown up to an eighth of it
-    Random random(29);
-    size_t visible = 0;
-    for (int i = 0; i < 24; ++i)
-        visible += checkSameSet(model.view(), {randomEye(random, 0.4f)}, 0);
-    CHECK(visible > 3000);
-}
-
-TEST_CASE("trap 18: anchors with NaN in position or scale are never visible")
-{
-    SyntheticOptions options;
-    options.anchors = 64;
-    options.encoding = PositionEncoding::Float;
-    SyntheticAnchors anchors = randomAnchors(options);
-    for (size_t i = 0; i < 64; i += 2)
-        anchors.scale[6 * i + i % 3] = std::nanf("");
-    const SyntheticModel model(syntheticParams(options), anchors, randomMlps(options), {}, 0);
-    const float position[3] = {0, 0, -20}, target[3] = {0, 0, 0};
-    const EyeParams eye = lookAt(position, target, 1, 200, 200);
-    CHECK(checkSameSet(model.view(), {eye}, 0) == 32);
 }
 
 TEST_CASE("trap 10: with the level count of the file the finest level can be out of reach, and stays so")
@@ -234,9 +182,9 @@ TEST_CASE("trap 10: with the level count of the file the finest level can be out
     SyntheticModel model(options);
     const float position[3] = {0, 0, -0.5f}, target[3] = {0, 0, 4};
     const EyeParams eye = lookAt(position, target, 2, 200, 200);
-    const size_t all = checkSameSet(model.view(), {eye}, 50);
+    const size_t all = selectionOf(model.view())({eye}, 50, 0).visible;
     model.params().level_clamp = 1; // as if every level-0 anchor had been pruned: levels 1..3 count as 0..2
-    const size_t clamped = checkSameSet(model.view(), {eye}, 50);
+    const size_t clamped = selectionOf(model.view())({eye}, 50, 0).visible;
     CHECK(clamped < all);
     for (const auto& anchor : selectReference<float>(model.view(), eye, rasterConstants(*model.view().params, 0), 50))
         CHECK(model.view().levels[model.view().chunks[anchor.chunk].level_index].level <= 1);
