@@ -18,6 +18,7 @@ struct Backend {
     double kept_db;                    // PSNR of what is drawn from half precision entries of this very frame
     double other_depths;               // share of pixels whose depth tier fast may take from another Gaussian
     uint64_t table_bytes;              // of a cache, beyond its limit: what finds an entry, histograms
+    bool makes_all;                    // coarse copies that are due, in one frame
     int frames;                        // that a walk takes; an emulated device is slow
 };
 extern const Backend kBackend;

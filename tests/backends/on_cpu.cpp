@@ -8,4 +8,5 @@ const gsc::test::Backend gsc::test::kBackend = {.name = "cpu",
                                                 .kept_db = 70,
                                                 .other_depths = 2e-3,
                                                 .table_bytes = 256u << 10,
+                                                .makes_all = true,
                                                 .frames = 5};

@@ -8,4 +8,5 @@ const gsc::test::Backend gsc::test::kBackend = {.name = "cuda",
                                                 .kept_db = 75,
                                                 .other_depths = 1e-2,
                                                 .table_bytes = 384u << 10,
+                                                .makes_all = false,
                                                 .frames = 4};

@@ -17,7 +17,7 @@ struct MadeUpModel {
     {
         SampleOptions options = sampleOptions(scene, kind, 1500, folder / "model");
         options.everything_on = kind == SampleModel::Octree;
-        REQUIRE(tryMake(options).code == 0);
+        REQUIRE(tryMake(options).code == ErrorCode::Ok);
         WriteOptions bake_options;
         bake_options.output = whole();
         Checkpoint checkpoint = readCheckpoint(folder / "model", {});

@@ -48,7 +48,8 @@ Memory memoryNow()
 Memory mostOf(uint64_t anchors)
 {
     const TemporaryFolder folder;
-    REQUIRE(tryMake(sampleOptions(SampleScene::City, SampleModel::Scaffold, anchors, folder / "model")).code == 0);
+    REQUIRE(tryMake(sampleOptions(SampleScene::City, SampleModel::Scaffold, anchors, folder / "model")).code ==
+            ErrorCode::Ok);
     WriteOptions convert;
     convert.output = folder / "whole.gsc";
     convert.sensitivity = SensitivityMode::None;

@@ -38,7 +38,7 @@ struct Model {
     {
         SampleOptions options = sampleOptions(SampleScene::Street, kind, 1500, source());
         options.everything_on = kind == SampleModel::Octree;
-        REQUIRE(tryMake(options).code == 0);
+        REQUIRE(tryMake(options).code == ErrorCode::Ok);
         convertTo(source(), folder / "whole.gsc");
     }
 
@@ -184,7 +184,8 @@ TEST_CASE("what cannot be joined is refused, saying which and what")
     const std::string networks = refusal(model, {"left.gsc", "other.gsc"}, ErrorCode::Difference);
     CHECK(networks.find("other.gsc: network cov_mlp: bias of layer 1[2] is ") == 0);
     CHECK(networks.find("as in left.gsc") != std::string::npos);
-    REQUIRE(tryMake(sampleOptions(SampleScene::Street, SampleModel::Octree, 500, model.folder / "octree")).code == 0);
+    REQUIRE(tryMake(sampleOptions(SampleScene::Street, SampleModel::Octree, 500, model.folder / "octree")).code ==
+            ErrorCode::Ok);
     convertTo(model.folder / "octree", model.folder / "octree.gsc");
     CHECK(
         refusal(model, {"left.gsc", "octree.gsc"}, ErrorCode::Difference).find("octree.gsc: family is 2, expected 0") ==

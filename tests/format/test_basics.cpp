@@ -2,6 +2,7 @@
 // Mapping, checksum, bounds-checked bytes, the arithmetic of the layout header.
 #include "tests/format/mutation.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/outcome.h"
 
 #include <gsc/byte_view.h>
 #include <gsc/checksum.h>
@@ -68,13 +69,9 @@ TEST_CASE("MappedFile maps what is there and refuses what is no file")
     REQUIRE(::mkfifo((dir / "pipe").c_str(), 0600) == 0);
     for (const std::string& path : {dir / "absent", dir.path().string(), dir / "pipe"}) {
         CAPTURE(path);
-        try {
-            const MappedFile file(path);
-            FAIL("mapped");
-        } catch (const Error& e) {
-            CHECK(e.code() == ErrorCode::Io);
-            CHECK(std::string(e.what()).find(path) == 0);
-        }
+        const Outcome refused = outcomeOf([&] { const MappedFile file(path); });
+        CHECK(refused.code == ErrorCode::Io);
+        CHECK(refused.message.find(path) == 0);
     }
 }
 
@@ -222,12 +219,7 @@ TEST_CASE("an output that is an input or another output is refused, under any na
     std::filesystem::create_directory(dir / "folder");
     const std::vector<NamedPath> inputs = {{dir / "model", "the model"}, {dir / "folder", "the folder"}};
     const auto codeFor = [&](const std::vector<NamedPath>& outputs) {
-        try {
-            checkOutputsDiffer(outputs, inputs);
-        } catch (const Error& error) {
-            return error.code();
-        }
-        return ErrorCode::Ok;
+        return outcomeOf([&] { checkOutputsDiffer(outputs, inputs); }).code;
     };
     CHECK(codeFor({{dir / "a", "--out"}, {dir / "b", "--stats"}}) == ErrorCode::Ok);
     CHECK(codeFor({}) == ErrorCode::Ok);

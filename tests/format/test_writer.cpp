@@ -3,6 +3,7 @@
 #include "tests/support/in_child.h"
 #include "tests/format/mutation.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/outcome.h"
 
 #include <gsc/error.h>
 #include <gsc/gsc_writer.h>
@@ -14,7 +15,6 @@
 #include <algorithm>
 #include <csignal>
 #include <fstream>
-#include <optional>
 #include <thread>
 
 #include <sched.h>
@@ -43,18 +43,6 @@ void rewrite(Bytes& file, GscWriter& writer)
     const uint64_t size = writer.finish(header(file), sections.front().entry.checksum);
     writer.commit();
     CHECK(size == file.size());
-}
-
-std::optional<ErrorCode> codeOf(const std::function<void()>& action, std::string* message = nullptr)
-{
-    try {
-        action();
-        return std::nullopt;
-    } catch (const Error& e) {
-        if (message)
-            *message = e.what();
-        return e.code();
-    }
 }
 
 // A disk of 256 KiB that only this process sees. False where that needs rights we have not.
@@ -97,9 +85,9 @@ TEST_CASE("an existing file is refused before any work, and replaced only on dem
 {
     const TemporaryFolder dir;
     std::ofstream(dir / "a.gsc") << "precious";
-    std::string message;
-    CHECK(codeOf([&] { GscWriter(dir / "a.gsc", false); }, &message) == ErrorCode::Io);
-    CHECK(message.find("a.gsc: already exists") != std::string::npos);
+    const Outcome refused = outcomeOf([&] { GscWriter(dir / "a.gsc", false); });
+    CHECK(refused.code == ErrorCode::Io);
+    CHECK(refused.says("a.gsc: already exists"));
     CHECK(dir.names().size() == 1);
     {
         GscWriter abandoned(dir / "a.gsc", true);
@@ -120,16 +108,16 @@ TEST_CASE("a file that appears while writing is not replaced")
     Bytes file = tinyGsc();
     GscWriter writer(dir / "a.gsc", false);
     std::ofstream(dir / "a.gsc") << "precious";
-    CHECK(codeOf([&] { rewrite(file, writer); }) == ErrorCode::Io);
+    CHECK(outcomeOf([&] { rewrite(file, writer); }).code == ErrorCode::Io);
     CHECK(std::filesystem::file_size(dir / "a.gsc") == 8);
 }
 
 TEST_CASE("targets that cannot be files are refused")
 {
     const TemporaryFolder dir;
-    CHECK(codeOf([&] { GscWriter(dir.path().string(), true); }) == ErrorCode::Io);
-    CHECK(codeOf([&] { GscWriter(dir / "absent/a.gsc", false); }) == ErrorCode::Io);
-    CHECK(codeOf([&] { GscWriter("/dev/null", true); }) == ErrorCode::Io);
+    CHECK(outcomeOf([&] { GscWriter(dir.path().string(), true); }).code == ErrorCode::Io);
+    CHECK(outcomeOf([&] { GscWriter(dir / "absent/a.gsc", false); }).code == ErrorCode::Io);
+    CHECK(outcomeOf([&] { GscWriter("/dev/null", true); }).code == ErrorCode::Io);
     CHECK(dir.names().empty());
 }
 
@@ -166,9 +154,11 @@ TEST_CASE("ANCH reads back what was written and zeros elsewhere, from many threa
     for (uint64_t i = 0; i < back.size(); ++i)
         wrong += back[i] != (i / kBlock % 3 != 0 ? std::byte(i / kBlock) : std::byte{0});
     CHECK(wrong == 0);
-    CHECK(codeOf([&] { writer.writeAnchors(kBlock * kBlocks, std::vector<std::byte>(1)); }) == ErrorCode::Internal);
-    CHECK(codeOf([&] { writer.writeAnchors(~0ull, std::vector<std::byte>(2)); }) == ErrorCode::Internal);
-    CHECK(codeOf([&] { writer.readAnchors(kBlock * kBlocks - 1, std::span(back).first(2)); }) == ErrorCode::Internal);
+    CHECK(outcomeOf([&] { writer.writeAnchors(kBlock * kBlocks, std::vector<std::byte>(1)); }).code ==
+          ErrorCode::Internal);
+    CHECK(outcomeOf([&] { writer.writeAnchors(~0ull, std::vector<std::byte>(2)); }).code == ErrorCode::Internal);
+    CHECK(outcomeOf([&] { writer.readAnchors(kBlock * kBlocks - 1, std::span(back).first(2)); }).code ==
+          ErrorCode::Internal);
 }
 
 TEST_CASE("a write that the system cuts short is an Io error and leaves nothing")
@@ -180,10 +170,10 @@ TEST_CASE("a write that the system cuts short is an Io error and leaves nothing"
             const rlimit limit{100'000, 100'000};
             if (::setrlimit(RLIMIT_FSIZE, &limit) != 0)
                 return 98;
-            return int(codeOf([&] {
+            return int(outcomeOf([&] {
                            GscWriter writer(dir / "a.gsc", false);
                            work(writer);
-                       }).value_or(ErrorCode::Ok));
+                       }).code);
         });
     };
     CHECK(limited([](GscWriter& w) { w.reserveAnchors(1'000'000); }) == int(ErrorCode::Io));
@@ -202,16 +192,13 @@ TEST_CASE("a full disk is an Io error and leaves nothing")
         return inChild([&] {
             if (!mountSmallDisk(dir.path()))
                 return 97;
-            std::string message;
-            const auto code = codeOf(
-                [&] {
-                    GscWriter writer(dir / "a.gsc", false);
-                    work(writer);
-                },
-                &message);
+            const Outcome outcome = outcomeOf([&] {
+                GscWriter writer(dir / "a.gsc", false);
+                work(writer);
+            });
             if (!dir.names().empty())
                 return 96;
-            return message.find("free some space") != std::string::npos ? int(code.value_or(ErrorCode::Ok)) : 95;
+            return outcome.says("free some space") ? int(outcome.code) : 95;
         });
     };
     const int reserving = onSmallDisk([](GscWriter& w) { w.reserveAnchors(1'000'000); });
@@ -231,12 +218,12 @@ TEST_CASE("sections in the wrong order are a bug of the caller")
     const TemporaryFolder dir;
     GscWriter writer(dir / "a.gsc", false);
     writer.addSection(kSectionMeta, {}, 0);
-    CHECK(codeOf([&] { writer.reserveAnchors(0); }) == ErrorCode::Internal);
+    CHECK(outcomeOf([&] { writer.reserveAnchors(0); }).code == ErrorCode::Internal);
     for (uint32_t i = 1; i < kMaxSections; ++i)
         writer.addSection(i, {}, 0);
-    std::string message;
-    CHECK(codeOf([&] { writer.addSection(kSectionIndex, {}, 0); }, &message) == ErrorCode::Internal);
-    CHECK(message.find("at most " + std::to_string(kMaxSections)) != std::string::npos);
+    const Outcome refused = outcomeOf([&] { writer.addSection(kSectionIndex, {}, 0); });
+    CHECK(refused.code == ErrorCode::Internal);
+    CHECK(refused.says("at most " + std::to_string(kMaxSections)));
 }
 
 TEST_CASE("the first interrupt is a request, the second kills")
@@ -249,7 +236,7 @@ TEST_CASE("the first interrupt is a request, the second kills")
               ::raise(SIGTERM);
               if (!interrupted())
                   return 2;
-              return codeOf([] { throwIfInterrupted(); }) == ErrorCode::Interrupted ? 0 : 3;
+              return outcomeOf([] { throwIfInterrupted(); }).code == ErrorCode::Interrupted ? 0 : 3;
           }) == 0);
     CHECK(inChild([] {
               installInterruptHandler();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/kernels/blend_scene.h"
+#include "tests/kernels/synthetic_model.h"
 
 namespace gsc::test {
 
@@ -121,10 +122,7 @@ BlendScene<Splat> emptyScene(const std::vector<Size>& eyes, uint32_t bin_height,
         scene.grid.rows = std::max(scene.grid.rows, (eye.height + bin_height - 1) / bin_height);
     }
     scene.lists.resize(eyes.size() * scene.grid.bins());
-    ModelParams params{};
-    params.raster_rules = uint32_t(raster);
-    params.near_z = 0.2f;
-    scene.rules = rasterConstants(params, 0);
+    scene.rules = rulesOf(raster);
     return scene;
 }
 

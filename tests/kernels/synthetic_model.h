@@ -4,6 +4,7 @@
 
 #include "convert/input/checkpoint.h"
 #include <gsc/frame_types.h>
+#include "kernels/math/eye.h"
 
 #include <cstdint>
 #include <memory>
@@ -99,6 +100,8 @@ private:
 
 // An eye at `position` that looks at `target`, y down the image.
 EyeParams lookAt(const float* position, const float* target, float fov_y, uint32_t width, uint32_t height);
+// Constants of a rasteriser with the near plane of its trainer.
+RasterConstants rulesOf(RasterRules rules);
 EyeParams eyeAt(float x, float z, uint32_t width, uint32_t height);    // looks at the middle
 EyeParams eyeAhead(float x, float z, uint32_t width, uint32_t height); // looks along z, as do all of these
 // An eye in [-reach, reach]^3 that looks at a point near the middle; its opening and its image are random too.

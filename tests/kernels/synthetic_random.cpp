@@ -190,6 +190,14 @@ EyeParams lookAt(const float* position, const float* target, float fov_y, uint32
     return eye;
 }
 
+RasterConstants rulesOf(RasterRules rules)
+{
+    ModelParams params{};
+    params.raster_rules = uint32_t(rules);
+    params.near_z = rules == RasterRules::Gsplat ? 0.01f : 0.2f;
+    return rasterConstants(params, 0);
+}
+
 EyeParams eyeAt(float x, float z, uint32_t width, uint32_t height)
 {
     const float position[3] = {x, 0.3f, z}, target[3] = {0.1f, -0.2f, 0.3f};

@@ -2,7 +2,8 @@
 // FrameOptions::detail on a GPU where memory is short, where frames are drawn again, and with several workers.
 #include <gsc/error.h>
 #include "runtime/service/faulty_renderer.h"
-#include "tests/kernels/cuda_coarse_tools.h"
+#include "tests/backends/far_scene.h"
+#include "tests/kernels/gpu_tools.h"
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,7 @@
 // Foveation: what an eye looks at is drawn as without it, what lies around it with fewer Gaussians.
 #include "kernels/math/foveation.h"
 #include "tests/backends/false_colour_tools.h"
-#include "tests/backends/reuse_scene.h"
+#include "tests/backends/far_scene.h"
 
 #include <doctest/doctest.h>
 
@@ -122,4 +122,28 @@ TEST_CASE("foveation: the CPU draws everything; exact and what makes no sense ar
     options = foveated();
     options.foveation.smallest = -1;
     CHECK_THROWS_AS(render(*cpu, eyes, options), Error);
+}
+
+TEST_CASE("coarse: together with foveation, copies are coarser where no eye looks, and are made anew where one comes")
+{
+    const FarModel model;
+    const auto gpu = open(model.view());
+    const std::vector<EyeParams> eyes = {farEye()};
+    const auto all = render(*gpu, eyes, detailed(0)), coarse = settled(*gpu, eyes, detailed(2));
+    FrameOptions thin = detailed(0), both = detailed(2);
+    for (FrameOptions* const options : {&thin, &both}) {
+        options->foveation.smallest = 3;
+        options->foveation.gaze[0][0] = 0.6f; // beside the picture
+    }
+    const auto thinned = render(*gpu, eyes, thin), now = settled(*gpu, eyes, both);
+    tell(psnr(thinned[0], all[0]), " dB thinned, ", psnr(coarse[0], all[0]), " coarse, both ", psnr(now[0], all[0]));
+    CHECK(now[0].result.eyes[0].gaussians_visible < 0.5 * double(coarse[0].result.eyes[0].gaussians_visible));
+    CHECK(psnr(now[0], all[0]) >= psnr(thinned[0], all[0]) + 2); // chance makes noise, larger cells do not
+    CHECK(psnr(now[0], all[0]) >= 29);
+    both.foveation.gaze[0][0] = 0;
+    const auto come = render(*gpu, eyes, both); // no copy is drawn that is too coarse by far
+    tell(psnr(come[0], all[0]), " dB where a gaze has just come, made ", come[0].result.coarse.made);
+    CHECK(come[0].result.coarse.made > 0);
+    CHECK(psnr(come[0], all[0]) >= psnr(coarse[0], all[0]) - 1);
+    CHECK(sameBytes(settled(*gpu, eyes, detailed(2))[0].pixels, coarse[0].pixels)); // nothing of it is kept
 }

@@ -27,14 +27,6 @@ EyeParams axisEye(uint32_t size)
     return lookAt(position, target, 1.57079633f, size, size);
 }
 
-RasterConstants rulesOf(RasterRules rules)
-{
-    ModelParams params{};
-    params.raster_rules = uint32_t(rules);
-    params.near_z = rules == RasterRules::Gsplat ? 0.01f : 0.2f;
-    return rasterConstants(params, 0);
-}
-
 Footprint<float> project(const EyeParams& eye, RasterRules rules, Vec3<float> p, float sx, float sy, float sz,
                          std::array<float, 4> q = {1, 0, 0, 0})
 {

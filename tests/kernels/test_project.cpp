@@ -78,14 +78,6 @@ std::vector<GaussianOf<float>> randomGaussians(uint32_t count, uint32_t seed)
     return gaussians;
 }
 
-RasterConstants rulesOf(RasterRules rules)
-{
-    ModelParams params{};
-    params.raster_rules = uint32_t(rules);
-    params.near_z = rules == RasterRules::Gsplat ? 0.01f : 0.2f;
-    return rasterConstants(params, 0);
-}
-
 double relative(double a, double b)
 {
     return std::abs(a - b) / (std::abs(b) + 1e-6);

@@ -16,14 +16,6 @@ using namespace gsc::test;
 
 namespace {
 
-RasterConstants rulesOf(RasterRules rules)
-{
-    ModelParams params{};
-    params.raster_rules = uint32_t(rules);
-    params.near_z = 0.2f;
-    return rasterConstants(params, 0);
-}
-
 // Splats in the form of both paths. Boxes are upstream's tiles: nothing is culled by the ellipse but in binCpu.
 struct BlendCase {
     std::vector<SplatOf<float>> reference;

@@ -2,6 +2,7 @@
 // Camera files that say a thing twice, or more than is read: honoured, or named in a warning with what was taken.
 #include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
+#include "tests/support/outcome.h"
 
 #include <doctest/doctest.h>
 
@@ -12,6 +13,7 @@
 #include <vector>
 
 using namespace gsc;
+using namespace gsc::test;
 
 namespace {
 
@@ -52,12 +54,7 @@ Read read(const std::string& json, CamerasTransform transform = CamerasTransform
 
 ErrorCode refusal(const std::string& json, CamerasTransform transform = CamerasTransform::Told)
 {
-    try {
-        (void)read(json, transform);
-    } catch (const Error& e) {
-        return e.code();
-    }
-    return ErrorCode::Ok;
+    return outcomeOf([&] { (void)read(json, transform); }).code;
 }
 
 // Focal lengths in pixels as the picture has them.

@@ -1,35 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gsc/error.h>
 #include "player/output/out_pattern.h"
+#include "tests/support/outcome.h"
 
 #include <doctest/doctest.h>
 
 #include <string>
 
 using namespace gsc;
+using namespace gsc::test;
 
 namespace {
 
 std::string refusal(const std::string& pattern)
 {
-    try {
-        (void)expandPattern(pattern, "x", 0, Eye::Mono);
-    } catch (const Error& e) {
-        CHECK(e.code() == ErrorCode::Usage);
-        return e.what();
-    }
-    return "";
+    const Outcome refused = outcomeOf([&] { (void)expandPattern(pattern, "x", 0, Eye::Mono); });
+    CHECK(refused.code == (refused.message.empty() ? ErrorCode::Ok : ErrorCode::Usage));
+    return refused.message;
 }
 
 std::string collision(const std::string& pattern, const std::vector<OutputFrame>& frames, int eyes)
 {
-    try {
-        (void)outputPaths(pattern, frames, eyes);
-    } catch (const Error& e) {
-        CHECK(e.code() == ErrorCode::Usage);
-        return e.what();
-    }
-    return "";
+    const Outcome refused = outcomeOf([&] { (void)outputPaths(pattern, frames, eyes); });
+    CHECK(refused.code == (refused.message.empty() ? ErrorCode::Ok : ErrorCode::Usage));
+    return refused.message;
 }
 
 } // namespace

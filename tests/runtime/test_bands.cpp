@@ -48,11 +48,8 @@ AnyGaussian anyGaussian(Random& random, const EyeParams& eye, const RasterConsta
 TEST_CASE("bands: no Gaussian that touches a tile of a band is rejected, and few others are kept")
 {
     Random random(5);
-    for (const bool gsplat : {false, true}) {
-        ModelParams params{};
-        params.raster_rules = uint32_t(gsplat ? RasterRules::Gsplat : RasterRules::DiffGaussian);
-        params.near_z = 0.2f;
-        const RasterConstants rules = rasterConstants(params, 0);
+    for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat}) {
+        const RasterConstants rules = rulesOf(raster);
         size_t wrong = 0, touching = 0, kept = 0, shown = 0, missed_if_tighter = 0;
         for (int view = 0; view < 300; ++view) {
             EyeParams eye = randomEye(random, 5);

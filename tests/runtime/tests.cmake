@@ -13,7 +13,7 @@ gsc_add_test(test_lod SOURCES runtime/test_lod_lag.cpp runtime/test_frame_guard.
 gsc_add_test(test_local_model SOURCES runtime/test_local_model.cpp LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
 gsc_add_test(test_reuse SOURCES runtime/test_reuse.cpp runtime/test_reuse_error.cpp backends/test_reuse.cpp
                         LIBS gsc_test_on_cpu)
-gsc_add_test(test_coarse SOURCES runtime/test_coarse.cpp LIBS gsc_test_on_cpu)
+gsc_add_test(test_coarse SOURCES runtime/test_coarse.cpp backends/test_coarse.cpp backends/test_coarse_models.cpp LIBS gsc_test_on_cpu)
 gsc_add_test(test_camera_motion SOURCES runtime/test_camera_motion.cpp LIBS gsc_runtime gsc_kernels)
 gsc_add_test(test_stereo SOURCES runtime/test_stereo.cpp LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
 gsc_add_test(test_bands SOURCES runtime/test_bands.cpp backends/test_bands.cpp LIBS gsc_test_on_cpu)

@@ -83,24 +83,14 @@ SampleOptions sampleOptions(SampleScene scene, SampleModel model, uint64_t ancho
     return options;
 }
 
-Failure tryMake(const SampleOptions& options)
+Outcome tryMake(const SampleOptions& options)
 {
-    try {
-        makeSample(options, {});
-    } catch (const Error& error) {
-        return {int(error.code()), error.what()};
-    }
-    return {};
+    return outcomeOf([&] { makeSample(options, {}); });
 }
 
-Failure tryReplicate(const ReplicateOptions& options)
+Outcome tryReplicate(const ReplicateOptions& options)
 {
-    try {
-        replicateCheckpoint(options, {});
-    } catch (const Error& error) {
-        return {int(error.code()), error.what()};
-    }
-    return {};
+    return outcomeOf([&] { replicateCheckpoint(options, {}); });
 }
 
 } // namespace gsc::test

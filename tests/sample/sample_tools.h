@@ -4,6 +4,7 @@
 
 #include "convert/sample/sample.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/outcome.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -36,11 +37,7 @@ std::filesystem::path plyOf(const std::filesystem::path& model);
 SampleOptions sampleOptions(SampleScene scene, SampleModel model, uint64_t anchors, const std::string& output);
 
 // Error that makeSample or replicateCheckpoint threw.
-struct Failure {
-    int code = 0; // 0 = nothing
-    std::string message;
-};
-Failure tryMake(const SampleOptions& options);
-Failure tryReplicate(const ReplicateOptions& options);
+Outcome tryMake(const SampleOptions& options);
+Outcome tryReplicate(const ReplicateOptions& options);
 
 } // namespace gsc::test

@@ -141,12 +141,12 @@ TEST_CASE("replicate: a model without cameras is refused")
     const std::string input = scratch / "model";
     makeSample(sampleOptions(SampleScene::City, SampleModel::Scaffold, 3000, input), {});
     std::filesystem::remove(input + "/cameras.json");
-    const Failure failure = tryReplicate(replicateOptions(input, 5000, scratch / "city"));
-    CHECK(failure.code == int(ErrorCode::Usage));
+    const Outcome failure = tryReplicate(replicateOptions(input, 5000, scratch / "city"));
+    CHECK(failure.code == ErrorCode::Usage);
     CHECK(failure.message.find("cameras.json") != std::string::npos);
-    CHECK(tryReplicate(replicateOptions(scratch / "nothing", 5000, scratch / "city")).code == int(ErrorCode::Io));
-    CHECK(tryReplicate(replicateOptions(input, 1, scratch / "city")).code == int(ErrorCode::Usage));
-    CHECK(tryReplicate(replicateOptions(input, 5000, input)).code == int(ErrorCode::Usage));
+    CHECK(tryReplicate(replicateOptions(scratch / "nothing", 5000, scratch / "city")).code == ErrorCode::Io);
+    CHECK(tryReplicate(replicateOptions(input, 1, scratch / "city")).code == ErrorCode::Usage);
+    CHECK(tryReplicate(replicateOptions(input, 5000, input)).code == ErrorCode::Usage);
     CHECK(scratch.names().size() == 1);
 }
 
@@ -175,8 +175,8 @@ TEST_CASE("replicate: the source is never replaced")
             CAPTURE(to);
             ReplicateOptions options = replicateOptions(from, 5000, to);
             options.overwrite = overwrite;
-            const Failure failure = tryReplicate(options);
-            CHECK(failure.code == int(ErrorCode::Usage));
+            const Outcome failure = tryReplicate(options);
+            CHECK(failure.code == ErrorCode::Usage);
             if (overwrite && to != scratch.path().string())
                 CHECK(failure.message.find("holds the source") != std::string::npos);
         }

@@ -112,10 +112,10 @@ TEST_CASE("sample: exactly the anchors asked for")
                 CHECK(finite);
             }
     // rows 0 and 1 of an Octree-GS file carry voxel_size and standard_dist: one row is not enough
-    const Failure failure = tryMake(sampleOptions(SampleScene::City, SampleModel::Octree, 1, scratch / "one"));
-    CHECK(failure.code == 1);
+    const Outcome failure = tryMake(sampleOptions(SampleScene::City, SampleModel::Octree, 1, scratch / "one"));
+    CHECK(failure.code == ErrorCode::Usage);
     CHECK(failure.message.find("expected 2") != std::string::npos);
-    CHECK(tryMake(sampleOptions(SampleScene::City, SampleModel::Scaffold, 0, scratch / "none")).code == 1);
+    CHECK(tryMake(sampleOptions(SampleScene::City, SampleModel::Scaffold, 0, scratch / "none")).code == ErrorCode::Usage);
     CHECK(scratch.names().size() == 1);
 }
 

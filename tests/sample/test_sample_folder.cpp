@@ -67,7 +67,7 @@ TEST_CASE("sample folder: a full disk leaves nothing")
         const rlimit limit{300'000, 300'000};
         ::setrlimit(RLIMIT_FSIZE, &limit);
         std::signal(SIGXFSZ, SIG_IGN);
-        return tryMake(small(scratch / "model")).code;
+        return int(tryMake(small(scratch / "model")).code);
     });
     CHECK(code == int(ErrorCode::Io));
     CHECK(scratch.names().size() == 0);
@@ -100,9 +100,9 @@ TEST_CASE("sample folder: it is replaced, too, where the file system cannot exch
     options.overwrite = true;
     options.seed = 7;
     exchanges = false;
-    const Failure failure = tryMake(options);
+    const Outcome failure = tryMake(options);
     exchanges = true;
-    CHECK_MESSAGE(failure.code == 0, failure.message);
+    CHECK_MESSAGE(failure.code == ErrorCode::Ok, failure.message);
     CHECK(hashFolder(options.output) != before);
     CHECK(scratch.names().size() == 1); // the old one is gone
 }
@@ -114,11 +114,11 @@ TEST_CASE("sample folder: what is not a model is never replaced")
     std::ofstream(scratch / "photos/holiday.jpg") << "x";
     SampleOptions options = small(scratch / "photos");
     options.overwrite = true;
-    const Failure failure = tryMake(options);
-    CHECK(failure.code == int(ErrorCode::Usage));
+    const Outcome failure = tryMake(options);
+    CHECK(failure.code == ErrorCode::Usage);
     CHECK(failure.message.find("not a model folder") != std::string::npos);
     CHECK(std::filesystem::exists(scratch / "photos/holiday.jpg"));
-    CHECK(tryMake(small("")).code == int(ErrorCode::Usage));
+    CHECK(tryMake(small("")).code == ErrorCode::Usage);
     CHECK(scratch.names().size() == 1);
 }
 
@@ -126,7 +126,7 @@ TEST_CASE("sample folder: a folder that cannot be made is an I/O error")
 {
     const TemporaryFolder scratch;
     std::ofstream(scratch / "file") << "x";
-    const Failure failure = tryMake(small(scratch / "file/model"));
-    CHECK(failure.code == int(ErrorCode::Io));
+    const Outcome failure = tryMake(small(scratch / "file/model"));
+    CHECK(failure.code == ErrorCode::Io);
     CHECK(failure.message.find("file") != std::string::npos);
 }

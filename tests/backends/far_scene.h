@@ -3,7 +3,6 @@
 #pragma once
 
 #include "tests/backends/reuse_scene.h"
-#include "tests/kernels/gpu_tools.h"
 
 #include <cmath>
 #include <cstdlib>
