@@ -16,9 +16,7 @@ constexpr uint32_t kFarWidth = 96, kFarHeight = 72;
 // Far and dense: pixels of farEye() span some 0.17 units, most Gaussians a quarter of that. A plate that faces the eye.
 inline SyntheticOptions farOptions(uint32_t anchors = 4096)
 {
-    SyntheticOptions options;
-    options.anchors = anchors;
-    options.seed = 11;
+    SyntheticOptions options{.anchors = anchors, .seed = 11};
     return options;
 }
 

@@ -49,11 +49,7 @@ TEST_CASE(
     for (const Tier tier : kBackend.tiers)
         checkBands(*open(large.view()), two_widths, onGrey(tier), {32, 64}, PixelFormat::Rgb32f, true);
     for (const LevelRule rule : {LevelRule::Progressive, LevelRule::Round}) {
-        SyntheticOptions options = bandScene(RasterRules::DiffGaussian);
-        options.levels = 4;
-        options.level_rule = rule;
-        options.flags = kModelHasLevels | kModelLodHalfCell;
-        const SyntheticModel model(options);
+        const SyntheticModel model(octree(rule, 1500, 1));
         const auto renderer = open(model.view());
         FrameOptions frame = onGrey();
         frame.lod_fade = frame.lod_hysteresis = 0.5f;

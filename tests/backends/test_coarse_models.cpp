@@ -282,11 +282,10 @@ TEST_CASE("coarse: depths are near those of all Gaussians")
 
 TEST_CASE("coarse: every input of the networks, other rules and positions, and slots that are masked")
 {
-    SyntheticOptions shape;
-    shape.raster_rules = RasterRules::Gsplat;
-    shape.encoding = PositionEncoding::Float;
-    shape.appearance_dim = 8;
-    shape.appearance_rows = 3;
+    SyntheticOptions shape{.appearance_dim = 8,
+                           .appearance_rows = 3,
+                           .raster_rules = RasterRules::Gsplat,
+                           .encoding = PositionEncoding::Float};
     shape.flags |= kModelFeatureBank | kModelBankDistance | kModelMaskedSlots;
     shape.inputs = kMlpTakesDistance | kMlpTakesAppearance;
     shape.n_offsets = 5;

@@ -35,9 +35,7 @@ TEST_CASE("depths are those of another renderer, whatever a frame is drawn by, a
 
 TEST_CASE("depths where nothing is are infinite")
 {
-    SyntheticOptions made;
-    made.anchors = 1;
-    const SyntheticModel model(made);
+    const SyntheticModel model({.anchors = 1});
     std::vector<EyeParams> behind = walk(0, 1);
     behind[0].world_to_view[11] -= 100; // all of the model
     std::vector<std::vector<float>> pictures;

@@ -95,19 +95,14 @@ TEST_CASE("anchors around a group of 128, a warp's 16 and none but one")
 {
     for (const uint32_t anchors : {1u, 15u, 16u, 17u, 127u, 128u, 129u, 255u, 257u}) {
         CAPTURE(anchors);
-        SyntheticOptions options;
-        options.anchors = anchors;
-        options.log_scale = -1.5f;
-        const SyntheticModel model(options);
+        const SyntheticModel model({.anchors = anchors, .log_scale = -1.5f});
         checkFrame(model.view(), kTwoEyes, onGrey());
     }
 }
 
 TEST_CASE("image sizes that fill no bin, one bin exactly, a single row, column or pixel, and eyes that differ in size")
 {
-    SyntheticOptions options;
-    options.anchors = 900;
-    const SyntheticModel model(options);
+    const SyntheticModel model({.anchors = 900});
     for (const auto& [width, height] : {std::pair<uint32_t, uint32_t>{1, 1},
                                         {40, 1},
                                         {1, 30},
@@ -127,9 +122,7 @@ TEST_CASE("image sizes that fill no bin, one bin exactly, a single row, column o
 
 TEST_CASE("image sizes that splats cannot address are refused, and frames are drawn afterwards")
 {
-    SyntheticOptions options;
-    options.anchors = 50;
-    const SyntheticModel model(options);
+    const SyntheticModel model({.anchors = 50});
     for (const auto& renderer : withReference(model.view())) {
         EyeParams eye = eyeAt(0, -5, 16, 16);
         for (const auto& [width, height] : {std::pair<uint32_t, uint32_t>{0, 10}, {10, 0}, {65536, 1}, {1, 65536}}) {
@@ -143,8 +136,7 @@ TEST_CASE("image sizes that splats cannot address are refused, and frames are dr
 
 TEST_CASE("trap 24: an appearance row that does not exist, or is missing, is refused")
 {
-    SyntheticOptions options;
-    options.anchors = 20;
+    SyntheticOptions options{.anchors = 20};
     const SyntheticModel without(options);
     options.appearance_dim = 4;
     options.appearance_rows = 2;
@@ -161,10 +153,7 @@ TEST_CASE("trap 24: an appearance row that does not exist, or is missing, is ref
 TEST_CASE(
     "trap 20: from within the model and close up, over white, with the near plane moved; the model's is the default")
 {
-    SyntheticOptions options;
-    options.anchors = 1500;
-    options.log_scale = -2;
-    const SyntheticModel model(options);
+    const SyntheticModel model({.anchors = 1500, .log_scale = -2});
     FrameOptions frame;
     std::fill_n(frame.background, 3, 1.0f);
     for (const float near_z : {0.0f, 1.5f}) {
@@ -186,8 +175,7 @@ TEST_CASE(
 
 TEST_CASE("trap 25: no Gaussian at all is black even on a white background; one that lands nowhere is background")
 {
-    SyntheticOptions options;
-    options.anchors = 200;
+    SyntheticOptions options{.anchors = 200};
     const SyntheticModel model(options);
     const float position[3] = {0, 0, -20}, away[3] = {0, 0, -40};
     const EyeParams blind = lookAt(position, away, 1, 70, 40), eye = eyeAt(0, -5, 70, 40);
@@ -219,9 +207,7 @@ TEST_CASE("trap 12, trap 28: all anchors in one place, every Gaussian at one dep
     // 60 anchors: within a piece; 900 of them: 9,000 equal depths in a few bins, so the order itself is partitioned
     for (const uint32_t count : {60u, 900u}) {
         CAPTURE(count);
-        SyntheticOptions options;
-        options.anchors = count;
-        options.log_scale = -3;
+        SyntheticOptions options{.anchors = count, .log_scale = -3};
         SyntheticAnchors anchors = randomAnchors(options);
         for (size_t i = 1; i < count; ++i) // one cell, other features
             std::copy_n(anchors.position.begin(), 3, anchors.position.begin() + ptrdiff_t(3 * i));

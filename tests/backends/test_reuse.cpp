@@ -121,11 +121,7 @@ TEST_CASE("reuse: black and background are told apart as without it")
     size_t black = 0, grey = 0;
     for (uint32_t seed = 1; seed <= 60; ++seed) {
         CAPTURE(seed);
-        SyntheticOptions options;
-        options.anchors = 3;
-        options.n_offsets = 1;
-        options.seed = seed;
-        const SyntheticModel model(options);
+        const SyntheticModel model({.anchors = 3, .n_offsets = 1, .seed = seed});
         const auto plain = open(model.view(), 1), reusing = open(model.view(), 1);
         const auto expected = render(*plain, walk(0, 1), with(ReusePolicy::None));
         FrameOptions kept = with(kBackend.policies[0]);

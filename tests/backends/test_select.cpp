@@ -20,10 +20,7 @@ const std::vector<std::vector<EyeParams>> kCameras = {
 
 SyntheticOptions small(uint32_t anchors)
 {
-    SyntheticOptions options;
-    options.anchors = anchors;
-    options.feat_dim = 4;
-    options.n_offsets = 1;
+    SyntheticOptions options{.anchors = anchors, .feat_dim = 4, .n_offsets = 1};
     return options;
 }
 
@@ -153,9 +150,7 @@ TEST_CASE("select: a camera amid fine anchors that are shown from close by alone
 
 TEST_CASE("trap 18: anchors with NaN in position or scale are never visible")
 {
-    SyntheticOptions options;
-    options.anchors = 64;
-    options.encoding = PositionEncoding::Float;
+    SyntheticOptions options{.anchors = 64, .encoding = PositionEncoding::Float};
     SyntheticAnchors anchors = randomAnchors(options);
     for (size_t i = 0; i < 64; i += 2)
         anchors.scale[6 * i + i % 3] = NAN;

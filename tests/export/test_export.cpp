@@ -500,11 +500,7 @@ TEST_CASE("GLB: chunks, accessors and bounds")
 
 TEST_CASE("fit: one view is drawn as it was, colours follow the view with the degree, threads change nothing")
 {
-    SyntheticOptions options;
-    options.anchors = 300;
-    options.log_scale = -2.2f;
-    options.extent = 2;
-    const SyntheticModel model(options);
+    const SyntheticModel model({.anchors = 300, .log_scale = -2.2f, .extent = 2});
     const EyeParams judge = eyeAround(0.15);
     CHECK(psnrOfFit(model.view(), {{judge, -1}}, judge, 0) > 60);
 

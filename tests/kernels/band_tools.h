@@ -14,10 +14,7 @@ namespace gsc::test {
 
 inline SyntheticOptions bandScene(RasterRules rules, float log_scale = -3, uint32_t anchors = 1500)
 {
-    SyntheticOptions options;
-    options.anchors = anchors;
-    options.log_scale = log_scale;
-    options.raster_rules = rules;
+    SyntheticOptions options{.anchors = anchors, .raster_rules = rules, .log_scale = log_scale};
     return options;
 }
 

@@ -59,14 +59,10 @@ TEST_CASE("quick classes agree with the exact test for every rule and instructio
         for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat})
             for (const LevelRule rule :
                  {LevelRule::None, LevelRule::Floor, LevelRule::Round, LevelRule::Ceil, LevelRule::Progressive}) {
-                SyntheticOptions options;
-                options.anchors = 4000;
-                options.n_offsets = 1;
+                SyntheticOptions options = octree(rule, 4000, 1);
                 options.feat_dim = 4;
+                options.n_offsets = 1;
                 options.raster_rules = raster;
-                options.level_rule = rule;
-                options.levels = rule == LevelRule::None ? 1 : 4;
-                options.flags = rule == LevelRule::None ? 0 : kModelHasLevels | kModelLodHalfCell;
                 const SyntheticModel model(options);
                 Tally tally;
                 for (int i = 0; i < casesOf(6); ++i) {

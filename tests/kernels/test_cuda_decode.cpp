@@ -25,9 +25,7 @@ const std::vector<EyeParams> kTwoEyes = {eyeAt(0.4f, -5, 150, 110), eyeAt(1.9f, 
 
 SyntheticOptions someModel(uint32_t anchors)
 {
-    SyntheticOptions options;
-    options.anchors = anchors;
-    options.log_scale = -2.6f;
+    SyntheticOptions options{.anchors = anchors, .log_scale = -2.6f};
     return options;
 }
 

@@ -20,10 +20,7 @@ constexpr DecodeTolerance kOfMany{kFast.pixel, 4.7e-2, kFast.color, kFast.opacit
 // opaque: every Gaussian lives.
 SyntheticModel model(uint32_t n_offsets, bool opaque)
 {
-    SyntheticOptions options;
-    options.anchors = kAnchors;
-    options.log_scale = -2.6f;
-    options.n_offsets = n_offsets;
+    SyntheticOptions options{.anchors = kAnchors, .n_offsets = n_offsets, .log_scale = -2.6f};
     std::vector<Mlp> mlps = randomMlps(options);
     if (opaque)
         for (float& bias : mlps[0].layers[1].bias)
@@ -100,8 +97,7 @@ TEST_CASE("decode fast: fractions of levels, in blocks of any size")
 
 TEST_CASE("decode fast: a bias that is not a number reaches what it adds to")
 {
-    SyntheticOptions options;
-    options.anchors = 40;
+    SyntheticOptions options{.anchors = 40};
     std::vector<Mlp> mlps = randomMlps(options);
     mlps[0].layers[0].bias[3] = NAN; // of the opacities
     const SyntheticModel synthetic(syntheticParams(options), randomAnchors(options), mlps, {}, 0);

@@ -21,10 +21,7 @@ constexpr uint64_t kBudgetStep = 31;
 
 TEST_CASE("depths of several passes are those of one")
 {
-    SyntheticOptions many;
-    many.anchors = 6000 * kManyAnchors;
-    many.log_scale = -3.5f;
-    const SyntheticModel model(many);
+    const SyntheticModel model({.anchors = 6000 * kManyAnchors, .log_scale = -3.5f});
     const std::vector<EyeParams> eyes = walk(0, 2);
     const uint64_t context = cudaRenderer().device().context_bytes;
     for (const Tier tier : {Tier::Fast, Tier::Exact}) {

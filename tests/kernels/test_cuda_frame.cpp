@@ -67,12 +67,7 @@ TEST_CASE("features and offsets of every width; those the matrix units cannot ta
         const uint32_t features = shape.first, offsets = shape.second;
         CAPTURE(features);
         CAPTURE(offsets);
-        SyntheticOptions options;
-        options.anchors = 700;
-        options.feat_dim = features;
-        options.n_offsets = offsets;
-        options.log_scale = -2.4f;
-        const SyntheticModel model(options);
+        const SyntheticModel model({.anchors = 700, .feat_dim = features, .n_offsets = offsets, .log_scale = -2.4f});
         checkFrame(model.view(), kTwoEyes, onGrey(Tier::Exact));
     }
 }
@@ -106,8 +101,7 @@ TEST_CASE("distance, level and appearance inputs, feature bank, float positions,
 
 TEST_CASE("anchors with rotations of their own")
 {
-    SyntheticOptions options;
-    options.anchors = 900;
+    SyntheticOptions options{.anchors = 900};
     SyntheticAnchors anchors = randomAnchors(options);
     Random random(77);
     for (uint32_t i = 0; i < 4 * options.anchors; ++i)
@@ -120,9 +114,7 @@ TEST_CASE("anchors with rotations of their own")
 
 TEST_CASE("trap 15, trap 18: NaN features drop their anchor, infinities and points are survived")
 {
-    SyntheticOptions options;
-    options.anchors = 600;
-    options.log_scale = -2.5f;
+    SyntheticOptions options{.anchors = 600, .log_scale = -2.5f};
     SyntheticAnchors anchors = randomAnchors(options);
     for (uint32_t i = 0; i < options.anchors; i += 7)
         anchors.feature[size_t(i) * options.feat_dim + i % options.feat_dim] = NAN;
@@ -136,12 +128,8 @@ TEST_CASE("trap 15, trap 18: NaN features drop their anchor, infinities and poin
 
 TEST_CASE("depths that differ in their last bits only, in lists longer than a piece")
 {
-    SyntheticOptions options;
-    options.anchors = 1200;
-    options.extent = 0.001f;
-    options.log_scale = -4;
-    options.encoding = PositionEncoding::Float;
-    const SyntheticModel model(options);
+    const SyntheticModel model(
+        {.anchors = 1200, .encoding = PositionEncoding::Float, .log_scale = -4, .extent = 0.001f});
     // exp() differs in its last bit, and so does here the order of many a pair; a wrong order of all is 40 dB away
     checkFrame(model.view(), {eyeAt(0, -8, 120, 90)}, onGrey(Tier::Exact), 65);
 }
@@ -172,9 +160,7 @@ TEST_CASE("more anchors, splats and pairs than the first buffers hold: the frame
 
 TEST_CASE("an image of more rows than bins can have is refused, and frames are drawn afterwards")
 {
-    SyntheticOptions options;
-    options.anchors = 50;
-    const SyntheticModel model(options);
+    const SyntheticModel model({.anchors = 50});
     Renderer& gpu = cudaRenderer();
     gpu.load(model.view());
     EyeParams eye = eyeAt(0, -5, 1, 8160);

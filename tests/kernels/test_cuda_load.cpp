@@ -18,14 +18,13 @@ using Clock = ChunkReader::Clock;
 
 SyntheticOptions manyChunks(uint32_t feat_dim = 32, uint32_t n_offsets = 10)
 {
-    SyntheticOptions options;
-    options.anchors = 3000;
-    options.feat_dim = feat_dim;
-    options.n_offsets = n_offsets;
-    options.levels = 3;
-    options.level_rule = LevelRule::Round;
-    options.flags = kModelHasLevels | kModelLodHalfCell;
-    options.extent = 40;
+    SyntheticOptions options{.anchors = 3000,
+                             .feat_dim = feat_dim,
+                             .n_offsets = n_offsets,
+                             .levels = 3,
+                             .flags = kModelHasLevels | kModelLodHalfCell,
+                             .level_rule = LevelRule::Round,
+                             .extent = 40};
     return options;
 }
 

@@ -106,10 +106,7 @@ uint32_t checkBudgets(const ModelView& model, const FrameOptions& options, const
 
 TEST_CASE("several passes give the bytes of one, and a budget too small for the model is refused")
 {
-    SyntheticOptions options;
-    options.anchors = 6000 * kManyAnchors;
-    options.log_scale = -3.5f;
-    const SyntheticModel model(options);
+    const SyntheticModel model({.anchors = 6000 * kManyAnchors, .log_scale = -3.5f});
     FrameOptions merged = onGrey(Tier::Fast);
     merged.stereo = StereoMode::Merged;
     for (const FrameOptions& how : {onGrey(Tier::Fast), onGrey(Tier::Exact), merged}) {
@@ -132,9 +129,7 @@ TEST_CASE("several passes give the bytes of one, and a budget too small for the 
 
 TEST_CASE("several passes of a compact model give the bytes of one, and both are near those of one that is not")
 {
-    SyntheticOptions options;
-    options.anchors = 6000 * kManyAnchors;
-    options.log_scale = -3.5f;
+    SyntheticOptions options{.anchors = 6000 * kManyAnchors, .log_scale = -3.5f};
     SyntheticAnchors anchors = randomAnchors(options);
     makeCompact(anchors, options);
     const SyntheticModel plain(syntheticParams(options), anchors, randomMlps(options), {}, 0);
@@ -189,8 +184,7 @@ TEST_CASE("several passes over what is not finite, and over one depth, which no 
 TEST_CASE("several passes far from the origin, where coordinates round by more than Gaussians lie from their anchors")
 {
     constexpr float kAway = 2000;
-    SyntheticOptions options;
-    options.anchors = 5000 * kManyAnchors;
+    SyntheticOptions options{.anchors = 5000 * kManyAnchors};
     options.log_scale = -6; // offsets of some thousandths
     options.extent = 0.02f; // so close together that many lie where one pass ends
     options.encoding = PositionEncoding::Float;

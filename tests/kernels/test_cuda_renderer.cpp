@@ -113,10 +113,7 @@ TEST_CASE("renderer: two frames in flight draw what one after the other does, ho
 
 TEST_CASE("renderer: passes follow from what was submitted, not from what was ready")
 {
-    SyntheticOptions many;
-    many.anchors = 6000 * kManyAnchors;
-    many.log_scale = -3.5f;
-    const SyntheticModel model(many);
+    const SyntheticModel model({.anchors = 6000 * kManyAnchors, .log_scale = -3.5f});
     const FrameOptions options = onGrey(Tier::Fast);
     const uint64_t context = cudaRenderer().device().context_bytes;
     const auto roomy = makeRenderer({"cuda"});
@@ -155,8 +152,7 @@ TEST_CASE("renderer: passes follow from what was submitted, not from what was re
 
 TEST_CASE("renderer: a frame that overflows may be dropped, and those after it are whole")
 {
-    SyntheticOptions many;
-    many.anchors = 3000;
+    SyntheticOptions many{.anchors = 3000};
     many.log_scale = -1.5f; // pairs, of which there is room for few, are what grows
     const SyntheticModel model(many);
     const std::vector<EyeParams> eyes = walk(0, 2);

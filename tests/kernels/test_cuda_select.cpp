@@ -190,10 +190,7 @@ CheckSelection gsc::test::selectionOf(const ModelView& model)
 
 TEST_CASE("select: the groups of a chunk beyond one run, the last of them short")
 {
-    SyntheticOptions options;
-    options.anchors = 3 * kRunGroups * kGroupSize - 300;
-    options.feat_dim = 4;
-    options.n_offsets = 1;
+    SyntheticOptions options{.anchors = 3 * kRunGroups * kGroupSize - 300, .feat_dim = 4, .n_offsets = 1};
     options.extent = 12; // eight chunks
     const SyntheticModel synthetic(options);
     REQUIRE(synthetic.view().params->chunk_count == 8);
@@ -205,12 +202,7 @@ TEST_CASE("select: the groups of a chunk beyond one run, the last of them short"
 
 TEST_CASE("select: a list that is too short is filled, not overrun, and says so")
 {
-    SyntheticOptions options;
-    options.anchors = 900;
-    options.feat_dim = 4;
-    options.n_offsets = 1;
-    options.levels = 3;
-    options.flags = kModelHasLevels;
+    SyntheticOptions options{.anchors = 900, .feat_dim = 4, .n_offsets = 1, .levels = 3, .flags = kModelHasLevels};
     options.level_rule = LevelRule::Progressive; // its fractions are a second list
     const SyntheticModel synthetic(options);
     const StageModel model(synthetic.view());
@@ -234,8 +226,7 @@ TEST_CASE("select: a list that is too short is filled, not overrun, and says so"
 
 TEST_CASE("select: needles so long that rounding leaves no determinant above zero in the middle of the image")
 {
-    SyntheticOptions options;
-    options.anchors = 1500;
+    SyntheticOptions options{.anchors = 1500};
     SyntheticAnchors anchors = randomAnchors(options);
     ModelParams params = syntheticParams(options);
     for (int i = 0; i < 4; ++i)
@@ -266,10 +257,7 @@ TEST_CASE("select: needles so long that rounding leaves no determinant above zer
 
 TEST_CASE("of a model that is on its way, anchors of the first runs are selected as of the whole, and no others")
 {
-    SyntheticOptions options;
-    options.anchors = 3000;
-    options.extent = 40;
-    const SyntheticModel model(options);
+    const SyntheticModel model({.anchors = 3000, .extent = 40});
     const StageModel on_device(model.view());
     const std::vector<EyeParams> eyes = {eyeAt(1, -30, 64, 64)};
     const DeviceModel& device = on_device.scene.model();

@@ -46,10 +46,7 @@ double checkShared(const ModelView& model, const std::vector<EyeParams>& eyes, c
 
 SyntheticModel model(uint32_t anchors, float log_scale, uint32_t seed)
 {
-    SyntheticOptions options;
-    options.anchors = anchors;
-    options.log_scale = log_scale;
-    options.seed = seed;
+    SyntheticOptions options{.anchors = anchors, .log_scale = log_scale, .seed = seed};
     return SyntheticModel(options);
 }
 
@@ -98,8 +95,7 @@ TEST_CASE("lenses off their axes, images of two sizes, a feature bank, levels th
 
 TEST_CASE("needles, which end where an eye's own bins end")
 {
-    SyntheticOptions options;
-    options.anchors = 100;
+    SyntheticOptions options{.anchors = 100};
     SyntheticAnchors anchors = randomAnchors(options);
     for (size_t i = 0; i < anchors.count(); ++i)
         for (size_t axis = 0; axis < 3; ++axis)

@@ -69,10 +69,7 @@ TEST_CASE("decode fast: a code holds every pixel that its splat draws, and none 
         Counts counts;
         uint32_t all = 0;
         for (const float log_scale : {-3.5f, -2.2f, -1.2f}) {
-            SyntheticOptions options;
-            options.anchors = 400;
-            options.log_scale = log_scale;
-            options.raster_rules = raster;
+            SyntheticOptions options{.anchors = 400, .raster_rules = raster, .log_scale = log_scale};
             const SyntheticModel synthetic(syntheticParams(options), randomAnchors(options), randomMlps(options), {},
                                            0);
             StageModel model(synthetic.view());

@@ -165,8 +165,7 @@ void checkModel(const SyntheticOptions& options, uint32_t limit, uint32_t eye_co
 
 TEST_CASE("counts round the edges of vectors and blocks")
 {
-    SyntheticOptions options;
-    options.anchors = 300;
+    SyntheticOptions options{.anchors = 300};
     for (const uint32_t limit : {1u, 3u, 7u, 8u, 15u, 16u, 17u, 127u, 128u, 129u, 300u})
         checkModel(options, limit, 1);
 }
@@ -174,10 +173,7 @@ TEST_CASE("counts round the edges of vectors and blocks")
 TEST_CASE("feature and offset counts other than 32 and 10")
 {
     for (const auto& [F, K] : {std::pair<uint32_t, uint32_t>{4, 1}, {50, 3}, {33, 17}, {16, 25}, {64, 5}, {7, 12}}) {
-        SyntheticOptions options;
-        options.anchors = 70;
-        options.feat_dim = F;
-        options.n_offsets = K;
+        SyntheticOptions options{.anchors = 70, .feat_dim = F, .n_offsets = K};
         checkModel(options, 70, 1);
         checkModel(options, 70, 2);
     }
@@ -191,23 +187,20 @@ TEST_CASE("distance, level and appearance inputs, and the feature bank of both t
         for (const uint32_t bank : {0u, kModelFeatureBank | kModelBankDistance, kModelFeatureBank | kModelBankLevel,
                                     uint32_t(kModelFeatureBank)})
             for (const uint32_t eyes : {1u, 2u}) {
-                SyntheticOptions options;
-                options.anchors = 90;
-                options.inputs = inputs;
-                options.appearance_dim = inputs & kMlpTakesAppearance ? 32 : 0;
-                options.appearance_rows = inputs & kMlpTakesAppearance ? 3 : 0;
-                options.levels = 3;
-                options.flags = kModelHasLevels | bank;
-                options.level_rule = LevelRule::Floor;
+                SyntheticOptions options{.anchors = 90,
+                                         .appearance_dim = inputs & kMlpTakesAppearance ? 32u : 0u,
+                                         .appearance_rows = inputs & kMlpTakesAppearance ? 3u : 0u,
+                                         .levels = 3,
+                                         .flags = kModelHasLevels | bank,
+                                         .inputs = inputs,
+                                         .level_rule = LevelRule::Floor};
                 checkModel(options, 90, eyes);
             }
 }
 
 TEST_CASE("progressive fractions scale the opacity before the test")
 {
-    SyntheticOptions options;
-    options.anchors = 100;
-    const SyntheticModel model(options);
+    const SyntheticModel model({.anchors = 100});
     std::vector<VisibleAnchor> visible = everyAnchor(model.view(), 100, 1);
     for (size_t i = 0; i < visible.size(); ++i)
         visible[i].fraction[0] = float(i % 10) / 9;
@@ -219,8 +212,7 @@ TEST_CASE("progressive fractions scale the opacity before the test")
 
 TEST_CASE("trap 17: a camera exactly on an anchor drops that anchor's Gaussians and no other")
 {
-    SyntheticOptions options;
-    options.anchors = 40;
+    SyntheticOptions options{.anchors = 40};
     const SyntheticModel model(options);
     const std::vector<VisibleAnchor> visible = everyAnchor(model.view(), 40, 1);
     std::vector<EyeParams> eyes = {someEye(0)};
@@ -242,8 +234,7 @@ TEST_CASE("trap 17: a camera exactly on an anchor drops that anchor's Gaussians 
 
 TEST_CASE("masked slots draw nothing, and the others what they drew")
 {
-    SyntheticOptions options;
-    options.anchors = 200;
+    SyntheticOptions options{.anchors = 200};
     SyntheticAnchors anchors = randomAnchors(options);
     const SyntheticModel whole(syntheticParams(options), anchors, randomMlps(options), {}, 0);
     options.flags |= kModelMaskedSlots;
@@ -272,8 +263,7 @@ TEST_CASE("masked slots draw nothing, and the others what they drew")
 
 TEST_CASE("trap 18: NaN features drop the anchor's Gaussians and no other")
 {
-    SyntheticOptions options;
-    options.anchors = 40;
+    SyntheticOptions options{.anchors = 40};
     SyntheticAnchors anchors = randomAnchors(options);
     anchors.feature[32 * 7 + 3] = std::numeric_limits<float>::quiet_NaN();
     const SyntheticModel model(syntheticParams(options), anchors, randomMlps(options), {}, 0);
@@ -292,8 +282,7 @@ TEST_CASE("trap 18: NaN features drop the anchor's Gaussians and no other")
 
 TEST_CASE("blocks do not write past the room they ask for")
 {
-    SyntheticOptions options;
-    options.anchors = 200;
+    SyntheticOptions options{.anchors = 200};
     SyntheticModel model(options);
     std::vector<Mlp> mlps = randomMlps(options);
     for (float& b : mlps[0].layers[1].bias)
@@ -324,8 +313,7 @@ TEST_CASE("blocks do not write past the room they ask for")
 
 TEST_CASE("trap 7: opacity is tanh above zero, and only what can reach 1/255 is kept")
 {
-    SyntheticOptions options;
-    options.anchors = 60;
+    SyntheticOptions options{.anchors = 60};
     std::vector<Mlp> mlps = randomMlps(options);
     for (float& w : mlps[0].layers[1].weight)
         w = 0;

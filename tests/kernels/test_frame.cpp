@@ -62,11 +62,7 @@ TEST_CASE("images do not depend on the number of threads, byte for byte, nor on 
 TEST_CASE("two eyes in one call give what each gives alone")
 {
     for (const uint32_t flags : {0u, kModelFeatureBank | kModelBankDistance}) {
-        SyntheticOptions options;
-        options.anchors = 1200;
-        options.flags = flags;
-        options.inputs = kMlpTakesDistance;
-        const SyntheticModel model(options);
+        const SyntheticModel model({.anchors = 1200, .flags = flags, .inputs = kMlpTakesDistance});
         const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 150, 110), eyeAt(1.9f, -4, 97, 143)};
         const auto backend = open(model.view(), 2);
         const auto both = render(*backend, eyes, onGrey());

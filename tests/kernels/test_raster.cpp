@@ -255,11 +255,7 @@ TEST_CASE("an opacity of 1/255 is drawn where nothing falls off, and the next sm
 
 TEST_CASE("trap 28: a run of equal depths longer than a chunk of keys is in source order too")
 {
-    SyntheticOptions options;
-    options.anchors = 400;
-    options.n_offsets = 1;
-    options.feat_dim = 4;
-    const SyntheticModel model(options);
+    const SyntheticModel model({.anchors = 400, .feat_dim = 4, .n_offsets = 1});
     const ModelView& view = model.view();
     const uint32_t blocks = 900;
     std::vector<VisibleAnchor> visible;
@@ -341,10 +337,7 @@ TEST_CASE("trap 26: beyond 3 sigma a splat is drawn inside its tiles and cut at 
 
 TEST_CASE("trap 28: equal depths are drawn in the order of the source, wherever the anchors lie in the file")
 {
-    SyntheticOptions options;
-    options.anchors = 64;
-    options.n_offsets = 4;
-    const SyntheticModel model(options);
+    const SyntheticModel model({.anchors = 64, .n_offsets = 4});
     const ModelView& view = model.view();
     std::vector<VisibleAnchor> visible;
     for (uint32_t c = 0; c < view.params->chunk_count; ++c)
@@ -388,10 +381,7 @@ TEST_CASE("trap 28: equal depths are drawn in the order of the source, wherever 
 
 TEST_CASE("trap 28: over several chunks of keys, in blocks of visible anchors or of groups, on any number of threads")
 {
-    SyntheticOptions options;
-    options.anchors = 3000;
-    options.n_offsets = 20;
-    options.feat_dim = 4;
+    SyntheticOptions options{.anchors = 3000, .feat_dim = 4, .n_offsets = 20};
     const SyntheticModel model(options);
     const ModelView& view = model.view();
     std::vector<VisibleAnchor> visible;
@@ -442,10 +432,7 @@ TEST_CASE("trap 28: over several chunks of keys, in blocks of visible anchors or
 
 TEST_CASE("sorting orders any depths, over several blocks and chunks of keys")
 {
-    SyntheticOptions options;
-    options.anchors = 1;
-    options.n_offsets = 1;
-    const SyntheticModel model(options);
+    const SyntheticModel model({.anchors = 1, .n_offsets = 1});
     const uint32_t blocks = 1000, capacity = kDecodeBlock;
     std::vector<VisibleAnchor> visible(size_t(blocks) * kDecodeBlock, VisibleAnchor{0, 0, 1, {1, 1}});
     std::vector<uint32_t> depths(size_t(blocks) * capacity), counts(blocks);

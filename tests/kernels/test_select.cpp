@@ -81,15 +81,10 @@ TEST_CASE("every LOD rule and rasteriser, cameras inside, outside and far: the f
     for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat})
         for (const LevelRule rule :
              {LevelRule::None, LevelRule::Floor, LevelRule::Round, LevelRule::Ceil, LevelRule::Progressive}) {
-            SyntheticOptions options;
-            options.anchors = 3000;
-            options.n_offsets = 2;
+            SyntheticOptions options = octree(rule, 3000, 5 + uint32_t(rule));
             options.feat_dim = 4;
+            options.n_offsets = 1;
             options.raster_rules = raster;
-            options.level_rule = rule;
-            options.levels = rule == LevelRule::None ? 1 : 4;
-            options.flags = rule == LevelRule::None ? 0 : kModelHasLevels | kModelLodHalfCell;
-            options.seed = 5 + uint32_t(rule);
             const SyntheticModel model(options);
             const CheckSelection select = selectionOf(model.view());
             for (int i = 0; i < casesOf(12); ++i) {
@@ -111,14 +106,9 @@ TEST_CASE("a smooth transition: the flat pass's set and factors for every rule a
     Random random(17);
     for (const LevelRule rule :
          {LevelRule::None, LevelRule::Floor, LevelRule::Round, LevelRule::Ceil, LevelRule::Progressive}) {
-        SyntheticOptions options;
-        options.anchors = 3000;
-        options.n_offsets = 2;
+        SyntheticOptions options = octree(rule, 3000, 5 + uint32_t(rule));
         options.feat_dim = 4;
-        options.level_rule = rule;
-        options.levels = rule == LevelRule::None ? 1 : 4;
-        options.flags = rule == LevelRule::None ? 0 : kModelHasLevels | kModelLodHalfCell;
-        options.seed = 5 + uint32_t(rule);
+        options.n_offsets = 1;
         const SyntheticModel model(options);
         const CheckSelection select = selectionOf(model.view());
         for (const float fade : {1e-6f, 0.1f, 0.25f, 0.5f, 1.0f}) {
@@ -146,12 +136,7 @@ TEST_CASE("a smooth transition: the flat pass's set and factors for every rule a
 
 TEST_CASE("views that scale and shear: the flat pass's set")
 {
-    SyntheticOptions options;
-    options.anchors = 3000;
-    options.n_offsets = 1;
-    options.feat_dim = 4;
-    options.log_scale = -1.5f;
-    const SyntheticModel model(options);
+    const SyntheticModel model({.anchors = 3000, .feat_dim = 4, .n_offsets = 1, .log_scale = -1.5f});
     const CheckSelection select = selectionOf(model.view());
     Random random(23);
     size_t visible = 0;
@@ -174,12 +159,7 @@ TEST_CASE("views that scale and shear: the flat pass's set")
 
 TEST_CASE("trap 10: with the level count of the file the finest level can be out of reach, and stays so")
 {
-    SyntheticOptions options;
-    options.anchors = 600;
-    options.levels = 3;
-    options.level_rule = LevelRule::Round;
-    options.flags = kModelHasLevels;
-    SyntheticModel model(options);
+    SyntheticModel model({.anchors = 600, .levels = 3, .flags = kModelHasLevels, .level_rule = LevelRule::Round});
     const float position[3] = {0, 0, -0.5f}, target[3] = {0, 0, 4};
     const EyeParams eye = lookAt(position, target, 2, 200, 200);
     const size_t all = selectionOf(model.view())({eye}, 50, 0).visible;
@@ -192,14 +172,12 @@ TEST_CASE("trap 10: with the level count of the file the finest level can be out
 
 TEST_CASE("trap 30: float and double disagree only on anchors at a boundary")
 {
-    SyntheticOptions options;
-    options.anchors = 20000;
-    options.n_offsets = 1;
-    options.feat_dim = 4;
-    options.levels = 4;
-    options.level_rule = LevelRule::Round;
-    options.flags = kModelHasLevels | kModelLodHalfCell;
-    const SyntheticModel model(options);
+    const SyntheticModel model({.anchors = 20000,
+                                .feat_dim = 4,
+                                .n_offsets = 1,
+                                .levels = 4,
+                                .flags = kModelHasLevels | kModelLodHalfCell,
+                                .level_rule = LevelRule::Round});
     Random random(31);
     const RasterConstants rules = rasterConstants(*model.view().params, 0);
     size_t selected = 0, differ = 0;
@@ -226,11 +204,7 @@ TEST_CASE("trap 30: float and double disagree only on anchors at a boundary")
 
 TEST_CASE("bounds reject most groups of a scene that is mostly out of sight")
 {
-    SyntheticOptions options;
-    options.anchors = 20000;
-    options.n_offsets = 1;
-    options.feat_dim = 4;
-    options.log_scale = -5;
+    SyntheticOptions options{.anchors = 20000, .feat_dim = 4, .n_offsets = 1, .log_scale = -5};
     const SyntheticModel model(options);
     const float position[3] = {0, 0, 0}, target[3] = {0, 0, 1};
     SelectCounts counts{};
@@ -243,15 +217,13 @@ TEST_CASE("bounds reject most groups of a scene that is mostly out of sight")
 
 TEST_CASE("groups are tested for an eye that may see something of their chunk, and no others")
 {
-    SyntheticOptions options;
-    options.anchors = 20000;
-    options.n_offsets = 1;
-    options.feat_dim = 4;
-    options.levels = 3;
-    options.level_rule = LevelRule::Round;
-    options.flags = kModelHasLevels;
-    options.extent = 40;
-    const SyntheticModel model(options);
+    const SyntheticModel model({.anchors = 20000,
+                                .feat_dim = 4,
+                                .n_offsets = 1,
+                                .levels = 3,
+                                .flags = kModelHasLevels,
+                                .level_rule = LevelRule::Round,
+                                .extent = 40});
     const ModelView& view = model.view();
     REQUIRE(view.params->chunk_count > 200);
     Random random(41);

@@ -103,10 +103,7 @@ TEST_CASE("fast sensitivities are the reference's for many shapes")
 {
     for (const auto& [F, K] :
          {std::pair<uint32_t, uint32_t>{32, 10}, {4, 1}, {50, 3}, {33, 17}, {16, 25}, {64, 5}, {7, 12}}) {
-        SyntheticOptions options;
-        options.anchors = 150;
-        options.feat_dim = F;
-        options.n_offsets = K;
+        SyntheticOptions options{.anchors = 150, .feat_dim = F, .n_offsets = K};
         checkModel(options);
     }
 }
@@ -117,23 +114,20 @@ TEST_CASE("distance, level and appearance inputs, and the feature bank of both t
                                   uint32_t(kMlpTakesDistance | kMlpTakesLevel | kMlpTakesAppearance)})
         for (const uint32_t bank : {0u, kModelFeatureBank | kModelBankDistance, kModelFeatureBank | kModelBankLevel,
                                     uint32_t(kModelFeatureBank)}) {
-            SyntheticOptions options;
-            options.anchors = 90;
-            options.inputs = inputs;
-            options.appearance_dim = inputs & kMlpTakesAppearance ? 32 : 0;
-            options.appearance_rows = inputs & kMlpTakesAppearance ? 3 : 0;
-            options.levels = 3;
-            options.flags = kModelHasLevels | bank;
-            options.level_rule = LevelRule::Floor;
+            SyntheticOptions options{.anchors = 90,
+                                     .appearance_dim = inputs & kMlpTakesAppearance ? 32u : 0u,
+                                     .appearance_rows = inputs & kMlpTakesAppearance ? 3u : 0u,
+                                     .levels = 3,
+                                     .flags = kModelHasLevels | bank,
+                                     .inputs = inputs,
+                                     .level_rule = LevelRule::Floor};
             checkModel(options);
         }
 }
 
 TEST_CASE("an anchor's sensitivity does not depend on the range it is asked for in")
 {
-    SyntheticOptions options;
-    options.anchors = 1000;
-    const SyntheticModel model(options);
+    const SyntheticModel model({.anchors = 1000});
     const ModelView& view = model.view();
     uint32_t chunk = 0;
     for (uint32_t c = 0; c < view.params->chunk_count; ++c)
@@ -151,11 +145,7 @@ TEST_CASE("an anchor's sensitivity does not depend on the range it is asked for 
 
 TEST_CASE("machines with fused multiply-add agree to the last bit")
 {
-    SyntheticOptions options;
-    options.anchors = 200;
-    options.inputs = kMlpTakesDistance;
-    options.flags = kModelFeatureBank;
-    const SyntheticModel model(options);
+    const SyntheticModel model({.anchors = 200, .flags = kModelFeatureBank, .inputs = kMlpTakesDistance});
     std::vector<Sensitivities> results;
     forEachTarget([&](const char* target) {
         if (std::strstr(target, "AVX") != nullptr || std::strstr(target, "NEON") != nullptr)
@@ -169,8 +159,7 @@ TEST_CASE("machines with fused multiply-add agree to the last bit")
 
 TEST_CASE("anchors whose values are not numbers are infinitely sensitive, their neighbours are not")
 {
-    SyntheticOptions options;
-    options.anchors = 60;
+    SyntheticOptions options{.anchors = 60};
     SyntheticAnchors anchors = randomAnchors(options);
     const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
     anchors.feature[32 * 7 + 3] = nan;
@@ -196,8 +185,7 @@ TEST_CASE("anchors whose values are not numbers are infinitely sensitive, their 
 
 TEST_CASE("what draws nothing, or the same from everywhere, has no sensitivity")
 {
-    SyntheticOptions options;
-    options.anchors = 50;
+    SyntheticOptions options{.anchors = 50};
     std::vector<Mlp> mlps = randomMlps(options);
     std::fill(mlps[0].layers[1].weight.begin(), mlps[0].layers[1].weight.end(), 0.0f);
     std::fill(mlps[0].layers[1].bias.begin(), mlps[0].layers[1].bias.end(), 0.001f); // below 1/255

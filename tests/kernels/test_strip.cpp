@@ -40,9 +40,7 @@ using Packed = std::unique_ptr<std::byte, AlignedFree>;
 
 SyntheticOptions options()
 {
-    SyntheticOptions options;
-    options.anchors = 1500;
-    options.n_offsets = 7;
+    SyntheticOptions options{.anchors = 1500, .n_offsets = 7};
     options.cell_log2 = 6; // one chunk per octant
     options.seed = 3;
     return options;

@@ -27,9 +27,7 @@ FrameOptions withDetail(float detail)
 // second a faint disc. No network sees anything: their last biases are the Gaussians.
 std::unique_ptr<SyntheticModel> wiresAndShell(float wire_opacity)
 {
-    SyntheticOptions options;
-    options.anchors = 3200;
-    options.n_offsets = 2;
+    SyntheticOptions options{.anchors = 3200, .n_offsets = 2};
     SyntheticAnchors anchors = randomAnchors(options);
     Random random(5);
     for (uint32_t a = 0; a < options.anchors; ++a) {

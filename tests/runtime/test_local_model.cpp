@@ -68,8 +68,7 @@ Image<float> shoot(Renderer& backend, const ModelView& view, const Camera& camer
 
 TEST_CASE("a model is far from 32 times its reach on, whatever a few strays do to its bounds")
 {
-    SyntheticOptions options;
-    options.anchors = 6000;
+    SyntheticOptions options{.anchors = 6000};
     SyntheticAnchors anchors = randomAnchors(options);
     const ModelParams params = syntheticParams(options);
     const SyntheticModel near(params, anchors, randomMlps(options), {}, 0);
@@ -106,8 +105,7 @@ TEST_CASE("a model is far from 32 times its reach on, whatever a few strays do t
 
 TEST_CASE("positions and bounds of a far model are those it has at the origin")
 {
-    SyntheticOptions options;
-    options.anchors = 3000;
+    SyntheticOptions options{.anchors = 3000};
     ModelParams params = syntheticParams(options);
     params.grid_origin = 0;
     params.voxel_size = 0.01f; // no power of two: products round
@@ -140,8 +138,7 @@ TEST_CASE("positions and bounds of a far model are those it has at the origin")
 
 TEST_CASE("float positions and zeros that are negative are moved too")
 {
-    SyntheticOptions options;
-    options.encoding = PositionEncoding::Float;
+    SyntheticOptions options{.encoding = PositionEncoding::Float};
     SyntheticAnchors anchors = randomAnchors(options);
     for (size_t i = 0; i < anchors.position.size(); i += 3)
         anchors.position[i] += 70000;

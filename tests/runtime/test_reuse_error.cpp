@@ -19,11 +19,7 @@ namespace {
 struct StepScene {
     std::vector<uint16_t> sensitivity = std::vector<uint16_t>(2 * kStripAnchors, 0x3c00); // 1
     SyntheticModel model{[] {
-        SyntheticOptions options;
-        options.anchors = kStripAnchors;
-        options.log_scale = -8;
-        options.extent = 0.3f;
-        options.seed = 3;
+        SyntheticOptions options{.anchors = kStripAnchors, .log_scale = -8, .extent = 0.3f, .seed = 3};
         return options;
     }()};
     ModelView view = model.view();

@@ -33,11 +33,7 @@ namespace {
 
 SyntheticOptions withRule(LevelRule rule)
 {
-    SyntheticOptions options;
-    options.anchors = 1500;
-    options.level_rule = rule;
-    options.levels = rule == LevelRule::None ? 1 : 4;
-    options.flags = rule == LevelRule::None ? 0 : kModelHasLevels | kModelLodHalfCell;
+    SyntheticOptions options = octree(rule, 1500, 1);
     options.inputs = kMlpTakesDistance;
     return options;
 }
@@ -102,10 +98,7 @@ TEST_CASE("off-centre and canted eyes draw what a wider centred image shows ther
     const double pixel = 1.0 / 160; // tangent: 90 degrees across the wide image
     Random random(31);
     for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat}) {
-        SyntheticOptions options;
-        options.anchors = 1500;
-        options.raster_rules = raster;
-        const SyntheticModel model(options);
+        const SyntheticModel model({.anchors = 1500, .raster_rules = raster});
         for (const Rect part : {Rect{0, 0, 224, 192}, {96, 64, 224, 192}, {48, 0, 160, 240}, {176, 96, 144, 160}}) {
             CAPTURE(part.x);
             Camera head;
