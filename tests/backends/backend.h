@@ -23,11 +23,15 @@ struct Backend {
 };
 extern const Backend kBackend;
 
-inline std::unique_ptr<Renderer> open(const ModelView& model, const char* name, int threads = 1)
+inline std::unique_ptr<Renderer> open(const ModelView& model, const DeviceId& device, const RendererOptions& options)
 {
-    std::unique_ptr<Renderer> renderer = makeRenderer({name}, {threads});
+    std::unique_ptr<Renderer> renderer = makeRenderer(device, options);
     renderer->load(model);
     return renderer;
+}
+inline std::unique_ptr<Renderer> open(const ModelView& model, const char* name, int threads = 1)
+{
+    return open(model, DeviceId{name}, RendererOptions{threads});
 }
 inline std::unique_ptr<Renderer> open(const ModelView& model, int threads = 2)
 {

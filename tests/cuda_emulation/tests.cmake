@@ -41,9 +41,13 @@ gsc_compile_test_fast(test_cuda_emulated REUSE_FROM gsc_test_main)
 target_link_libraries(test_cuda_emulated PRIVATE gsc_cuda_emulation gsc_test_synthetic gsc_runtime_cuda_emulated
                                                  gsc_kernels_cuda_emulated gsc_kernels gsc_build_flags doctest::doctest)
 # in parts of about equal length, for machines with more than one core
-set(whole_frames "*_frame*,*test_cuda_far*,*test_cuda_graph*,*test_cuda_renderer*")
-set(other_frames "*test_cuda_passes*,*test_cuda_shared*,*_depth*,*test_cuda_service*,*_bands*,*_false_colours*,*test_cuda_fovea*")
-set(kept_frames "*_reuse*,*_coarse*")
+set(whole_frames "*test_cuda_frame*,*test_cuda_far*,*test_cuda_graph*,*test_cuda_renderer*"
+    "*backends/test_frames*,*backends/test_renderer*")
+set(other_frames "*test_cuda_passes*,*test_cuda_shared*,*test_cuda_depth*,*test_cuda_service*,*test_cuda_bands*,*test_cuda_false*,*test_cuda_fovea*"
+    "*backends/test_depths*,*backends/test_bands*,*backends/test_false*")
+set(kept_frames "*test_cuda_reuse*,*test_cuda_coarse*,*backends/test_reuse*,*backends/test_coarse*")
+list(JOIN whole_frames "," whole_frames)
+list(JOIN other_frames "," other_frames)
 add_test(NAME test_cuda_emulated_reuse COMMAND test_cuda_emulated "--source-file=${kept_frames}")
 add_test(NAME test_cuda_emulated_frames COMMAND test_cuda_emulated "--source-file=${whole_frames}")
 add_test(NAME test_cuda_emulated_passes COMMAND test_cuda_emulated "--source-file=${other_frames}")

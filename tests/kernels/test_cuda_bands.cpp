@@ -20,8 +20,7 @@ TEST_CASE("bands of an image: a band decodes what it can show, and CPU and devic
         CHECK(share < 0.65);
     CHECK(shares[0] + shares[1] >= 0.99);
     // the device's boxes are coarser, and hold all that the CPU's do
-    const std::unique_ptr<Renderer> cpu = makeCpuRenderer(CpuPath::Fast, 1);
-    cpu->load(model.view());
+    const auto cpu = open(model.view(), "cpu", 1);
     FrameOptions band = onGrey(Tier::Fast);
     band.columns = {128, 256};
     CHECK(render(gpu, eyes, band)[0].result.eyes[0].anchors_visible >=

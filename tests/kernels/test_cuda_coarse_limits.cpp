@@ -39,8 +39,7 @@ std::vector<Image<float>> played(Renderer& renderer, const FrameOptions& options
 // unlimited: of so few groups the same is decided, but by the kernels for many.
 std::unique_ptr<Renderer> openWithin(const ModelView& model, uint64_t budget, bool unlimited = false)
 {
-    std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"}, {0, budget, false, unlimited});
-    gpu->load(model);
+    std::unique_ptr<Renderer> gpu = open(model, {"cuda"}, {0, budget, false, unlimited});
     return gpu;
 }
 

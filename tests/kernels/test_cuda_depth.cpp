@@ -31,8 +31,7 @@ TEST_CASE("depths of several passes are those of one")
         const uint64_t all = render(*whole, eyes, onGrey(tier))[0].result.bytes_resident - context;
         uint32_t passes = 1;
         for (uint64_t part = all; part > all / 8 && passes == 1; part = part * kBudgetStep / 32) {
-            const auto gpu = makeRenderer({"cuda"}, {0, context + part});
-            gpu->load(model.view());
+            const auto gpu = open(model.view(), {"cuda"}, {0, context + part});
             const auto got = renderDepths(*gpu, eyes, onGrey(tier), pictures);
             std::vector<float> depth(wanted[0].size());
             FrameTarget targets[2] = {hostTarget(pictures[0].data()), {}};

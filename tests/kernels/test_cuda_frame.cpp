@@ -25,8 +25,7 @@ void gsc::test::checkFrame(const ModelView& model, const std::vector<EyeParams>&
     Renderer& gpu = cudaRenderer();
     gpu.load(model);
     options.tier = Tier::Exact;
-    const std::unique_ptr<Renderer> scalar = makeCpuRenderer(CpuPath::Reference, 1);
-    scalar->load(model);
+    const auto scalar = open(model, "cpu-reference");
     const auto expected = render(*scalar, eyes, options);
     const auto exact = render(gpu, eyes, options);
     CHECK_MESSAGE(sameBytes(exact, render(gpu, eyes, options)), "exact frames differ from run to run");
@@ -141,10 +140,8 @@ TEST_CASE("more anchors, splats and pairs than the first buffers hold: the frame
     options.log_scale = -3.5f;
     const SyntheticModel model(options);
     const std::vector<EyeParams> eyes = {eyeAt(0.4f, -11, 400, 300)};
-    const std::unique_ptr<Renderer> fresh = makeRenderer({"cuda"}); // small buffers still
-    fresh->load(model.view());
-    const std::unique_ptr<Renderer> cpu = makeCpuRenderer(CpuPath::Fast, 0);
-    cpu->load(model.view());
+    const auto fresh = open(model.view()); // small buffers still
+    const auto cpu = open(model.view(), "cpu", 0);
     const auto expected = render(*cpu, eyes, onGrey(Tier::Exact));
     const auto first = render(*fresh, eyes, onGrey(Tier::Fast));
     const auto exact = render(*fresh, eyes, onGrey(Tier::Exact));

@@ -61,13 +61,11 @@ TEST_CASE("frames of many shapes in any order, more of them than graphs are kept
     const std::vector<Job> jobs = variousJobs();
     std::vector<std::vector<Image<float>>> wanted;
     for (const Job& job : jobs) {
-        const std::unique_ptr<Renderer> fresh = makeRenderer({"cuda"});
-        fresh->load(model.view());
+        const auto fresh = open(model.view());
         wanted.push_back(render(*fresh, job.eyes, job.options));
     }
     CHECK(!sameBytes(wanted[0], wanted[1]));
-    const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"});
-    gpu->load(model.view());
+    const auto gpu = open(model.view());
     Random random(3);
     for (uint32_t turn = 0; turn < 40; ++turn) {
         const auto j = size_t(random.uniform() * float(jobs.size()));
@@ -94,8 +92,7 @@ TEST_CASE("levels that lag behind the camera see what they see on a CPU, and for
     for (const float x : {0.0f, 0.5f, 1.0f, 0.6f, 0.2f, -0.5f, 0.1f}) {
         const std::vector<EyeParams> eyes = {eyeAt(x, -5 + x, 90, 70), eyeAt(x + 0.1f, -5 + x, 90, 70)};
         const auto on_gpu = render(*gpu, eyes, frame), on_cpu = render(*cpu, eyes, frame);
-        const std::unique_ptr<Renderer> fresh = makeRenderer({"cpu"}, {1});
-        fresh->load(model.view());
+        const auto fresh = open(model.view(), "cpu");
         const auto upstream = render(*fresh, eyes, plain);
         for (size_t e = 0; e < 2; ++e) {
             const uint64_t seen = on_gpu[e].result.eyes[e].anchors_visible;

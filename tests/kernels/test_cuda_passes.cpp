@@ -93,8 +93,7 @@ uint32_t checkBudgets(const ModelView& model, const FrameOptions& options, const
         }
         if (!refused)
             continue;
-        const std::unique_ptr<Renderer> again = makeRenderer({"cuda"}); // nothing is left broken
-        again->load(model);
+        const auto again = open(model); // nothing is left broken
         checkFrame(render(*again, eyes, options), want, likeness);
         return most;
     }
@@ -112,8 +111,7 @@ TEST_CASE("several passes give the bytes of one, and a budget too small for the 
     for (const FrameOptions& how : {onGrey(Tier::Fast), onGrey(Tier::Exact), merged}) {
         CAPTURE(uint32_t(how.tier));
         CAPTURE(uint32_t(how.stereo));
-        const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"});
-        gpu->load(model.view());
+        const auto gpu = open(model.view());
         // turned towards each other, and beside each other with bins for both
         for (const bool parallel : {false, true}) {
             CAPTURE(parallel);
@@ -136,8 +134,7 @@ TEST_CASE("several passes of a compact model give the bytes of one, and both are
     options.flags |= kModelCompact;
     const SyntheticModel model(syntheticParams(options), anchors, randomMlps(options), {}, 0);
     const FrameOptions how = onGrey(Tier::Fast);
-    const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"});
-    gpu->load(plain.view());
+    const auto gpu = open(plain.view());
     const auto near = render(*gpu, kParallelEyes, how);
     gpu->load(model.view());
     const auto want = render(*gpu, kParallelEyes, how);
@@ -173,8 +170,7 @@ TEST_CASE("several passes over what is not finite, and over one depth, which no 
         const SyntheticModel model(syntheticParams(size), *anchors, randomMlps(size), {}, 0);
         for (const Tier tier : {Tier::Fast, Tier::Exact}) {
             CAPTURE(uint32_t(tier));
-            const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"});
-            gpu->load(model.view());
+            const auto gpu = open(model.view());
             const uint32_t most = checkBudgets(model.view(), onGrey(tier), render(*gpu, kTwoEyes, onGrey(tier)));
             CHECK((most >= 2 || anchors == &flat));
         }
@@ -209,8 +205,7 @@ TEST_CASE("several passes far from the origin, where coordinates round by more t
         CAPTURE(uint32_t(tier));
         CAPTURE(times);
         const std::vector<EyeParams> eyes = eyesOf(times);
-        const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"});
-        gpu->load(model.view());
+        const auto gpu = open(model.view());
         const auto want = render(*gpu, eyes, onGrey(tier));
         CHECK(want[0].result.eyes[0].gaussians_visible > 5000);
         CHECK(checkBudgets(model.view(), onGrey(tier), want, eyes, likeness) >= 2);

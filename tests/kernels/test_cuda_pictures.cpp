@@ -182,8 +182,7 @@ std::vector<Image<float>> inPasses(const ModelView& model, const Job& job)
     const uint64_t frame = render(whole, job.eyes(0), job.options)[0].result.bytes_resident;
     const uint64_t context = whole.device().context_bytes;
     for (uint64_t part = frame - context; part > 0; part = part * 13 / 16) {
-        const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"}, {0, context + part});
-        gpu->load(model);
+        const auto gpu = open(model, {"cuda"}, {0, context + part});
         std::vector<Image<float>> images = render(*gpu, job.eyes(0), job.options);
         if (images[0].result.passes > 1)
             return images;
@@ -203,8 +202,7 @@ uint64_t hashOf(const Job& job, const ModelView& model)
         addPictures(inPasses(model, job));
         return hash.digest();
     }
-    const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"}, {1});
-    gpu->load(model);
+    const auto gpu = open(model);
     for (int i = 0; i < job.frames; ++i)
         addPictures(render(*gpu, job.eyes(i), job.options));
     return hash.digest();

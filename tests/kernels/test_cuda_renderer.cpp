@@ -1,131 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
 // The renderer interface on a GPU: targets, two frames in flight, several renderers, a device that is lost.
 #include "tests/kernels/gpu_buffers.h"
-#include "tests/backends/reuse_scene.h"
+#include "tests/backends/walk_frames.h"
 #include "tests/kernels/gpu_tools.h"
 
 #include <doctest/doctest.h>
 
 #include <cstring>
-#include <thread>
 
 using namespace gsc;
 using namespace gsc::test;
 
 namespace {
 
-constexpr auto kForever = std::chrono::nanoseconds::max();
-
 SyntheticOptions levels()
 {
     return octree(LevelRule::Round, 1500, 1);
 }
 
-using Picture = std::vector<float>;
-
-struct Frame {
-    std::vector<EyeParams> eyes;
-    Picture pictures[kMaxEyes];
-    FrameTarget targets[kMaxEyes];
-    FrameRequest request;
-    uint64_t ticket = 0;
-    uint32_t passes = 0, repeats = 0;
-};
-
-enum class How { OneByOne, TwoInFlight, Polled, NewestFirst };
-
-// Frames of a walk, drawn in one of the ways a caller may choose.
-std::vector<Frame> drawWalk(Renderer& renderer, const FrameOptions& options, size_t count, How how)
-{
-    std::vector<Frame> frames(count);
-    const auto submit = [&](Frame& frame) { frame.ticket = renderer.submit(frame.request); };
-    const auto end = [&](Frame& frame) {
-        FrameResult result;
-        FrameState state = FrameState::Pending;
-        while (state == FrameState::Pending)
-            state =
-                renderer.wait(frame.ticket, result, how == How::Polled ? std::chrono::nanoseconds::zero() : kForever);
-        frame.passes = result.passes;
-        if (state == FrameState::Done)
-            return;
-        ++frame.repeats;
-        FrameRequest again = frame.request;
-        again.repeats = frame.ticket;
-        frame.repeats += finish(renderer, again, renderer.submit(again)).repeats;
-    };
-    for (size_t i = 0; i < count; ++i) {
-        Frame& frame = frames[i];
-        frame.eyes = walk(int(i), 2);
-        for (size_t e = 0; e < 2; ++e) {
-            frame.pictures[e].assign(size_t(3) * frame.eyes[e].width * frame.eyes[e].height, -7.0f);
-            frame.targets[e] = hostTarget(frame.pictures[e].data());
-        }
-        frame.request = {frame.eyes, frame.targets, options};
-    }
-    if (how == How::OneByOne) {
-        for (Frame& frame : frames) {
-            submit(frame);
-            end(frame);
-        }
-    } else if (how == How::NewestFirst) {
-        for (size_t i = 0; i + 1 < count; i += 2) {
-            submit(frames[i]);
-            submit(frames[i + 1]);
-            end(frames[i + 1]);
-            end(frames[i]);
-        }
-    } else {
-        submit(frames[0]);
-        for (size_t i = 1; i < count; ++i) {
-            submit(frames[i]);
-            end(frames[i - 1]);
-        }
-        end(frames[count - 1]);
-    }
-    return frames;
-}
-
-bool sameWalk(const std::vector<Frame>& a, const std::vector<Frame>& b)
-{
-    bool same = a.size() == b.size();
-    for (size_t i = 0; same && i < a.size(); ++i)
-        for (size_t e = 0; e < 2; ++e)
-            same = same && sameBytes(a[i].pictures[e], b[i].pictures[e]);
-    return same;
-}
-
 } // namespace
-
-TEST_CASE("renderer: two frames in flight draw what one after the other does, however they are waited for")
-{
-    const SyntheticModel model(levels());
-    FrameOptions lag = onGrey(Tier::Fast);
-    lag.lod_hysteresis = 0.5f;
-    for (const FrameOptions& options : {lag, with(ReusePolicy::Depth, 0, 2)}) {
-        CAPTURE(uint32_t(options.reuse.policy));
-        const auto wanted = drawWalk(*open(model.view()), options, 4, How::OneByOne);
-        for (const How how : {How::TwoInFlight, How::Polled, How::NewestFirst}) {
-            CAPTURE(int(how));
-            CHECK(sameWalk(drawWalk(*open(model.view()), options, 4, how), wanted));
-        }
-    }
-}
 
 TEST_CASE("renderer: passes follow from what was submitted, not from what was ready")
 {
     const SyntheticModel model({.anchors = 6000 * kManyAnchors, .log_scale = -3.5f});
     const FrameOptions options = onGrey(Tier::Fast);
     const uint64_t context = cudaRenderer().device().context_bytes;
-    const auto roomy = makeRenderer({"cuda"});
-    roomy->load(model.view());
+    const auto roomy = open(model.view());
     const std::vector<Frame> whole = drawWalk(*roomy, options, 4, How::TwoInFlight);
     FrameResult result;
     const uint64_t all = render(*roomy, whole[0].eyes, options)[0].result.bytes_resident - context;
     bool several = false;
     for (uint64_t part = all; part > all / 8 && !several; part = part * 13 / 16) {
         const auto draw = [&](How how) {
-            const auto gpu = makeRenderer({"cuda"}, {0, context + part});
-            gpu->load(model.view());
+            const auto gpu = open(model.view(), {"cuda"}, {0, context + part});
             return drawWalk(*gpu, options, 4, how);
         };
         const std::vector<Frame> wanted = draw(How::TwoInFlight);
@@ -259,33 +166,6 @@ TEST_CASE("renderer: a mapped surface has the bytes of memory")
 #endif
     CHECK(got == wanted);
     CHECK(got_depths == depths);
-}
-
-TEST_CASE("renderer: two on threads of their own, on two devices where there are two, draw the bytes of one")
-{
-    const SyntheticModel model(levels());
-    int devices_here = 0;
-    GSC_CUDA_CHECK(cudaGetDeviceCount(&devices_here));
-    const auto on = [&](int ordinal) {
-        auto gpu = makeRenderer({"cuda", ordinal});
-        gpu->load(model.view());
-        return gpu;
-    };
-    CHECK_THROWS_WITH_AS(on(devices_here), doctest::Contains("of its devices"), Error);
-    const FrameOptions options = with(ReusePolicy::Depth, 0, 2);
-    const std::vector<Frame> wanted = drawWalk(*on(0), options, 4, How::OneByOne);
-    std::vector<Frame> drawn[2];
-    std::vector<std::thread> threads;
-    for (int i = 0; i < 2; ++i)
-        threads.emplace_back([&, i] {
-            const auto gpu = on(i % devices_here);
-            CHECK(gpu->id().ordinal == i % devices_here);
-            drawn[i] = drawWalk(*gpu, options, 4, How::TwoInFlight);
-        });
-    for (std::thread& thread : threads)
-        thread.join();
-    CHECK(sameWalk(drawn[0], wanted));
-    CHECK(sameWalk(drawn[1], wanted));
 }
 
 // A device that is lost takes all renderers of the process with it, so on a GPU this runs in a process of its own

@@ -74,8 +74,7 @@ TEST_CASE("reuse: frames of several passes keep nothing and draw the same")
     try {
         for (; most == 1; part = part * 15 / 16) {
             const uint64_t budget = context + part;
-            const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"}, {0, budget});
-            gpu->load(model.view());
+            const auto gpu = open(model.view(), {"cuda"}, {0, budget});
             for (int i = 0; i < 2; ++i) {
                 const auto got = render(*gpu, eyes, options);
                 CHECK(got[0].result.bytes_resident <= budget);

@@ -107,8 +107,7 @@ TEST_CASE("service: every mode delivers one renderer's bytes, to the host and to
 {
     SyntheticOptions made = modelOptions(LevelRule::Round);
     const SyntheticModel model(made);
-    const auto one = makeRenderer({"cuda", 0});
-    one->load(model.view());
+    const auto one = open(model.view());
     constexpr int kPoses = 4;
     for (const Tier tier : {Tier::Exact, Tier::Fast})
         for (const ServiceMode mode : {ServiceMode::Frame, ServiceMode::Eye, ServiceMode::Split})
@@ -145,8 +144,7 @@ TEST_CASE("service: GPU and CPU work together, and what the CPU draws is brought
     const auto delivery = service.next();
     REQUIRE(delivery);
     REQUIRE(delivery->end == PoseEnd::Shown);
-    const auto cpu = makeRenderer({"cpu"});
-    cpu->load(model.view());
+    const auto cpu = open(model.view(), "cpu", 0);
     CHECK(othersIn(bytesOf(delivery->eyes, walk(0, 2)), byOne(*cpu, walk(0, 2), plain(Tier::Exact))) < 0.01);
 }
 
@@ -202,8 +200,7 @@ TEST_CASE("service: a bridge brings columns of a picture to their place and leav
 TEST_CASE("service: injected faults on GPUs cost no pose, and their memory goes back")
 {
     const SyntheticModel model(modelOptions());
-    const auto one = makeRenderer({"cuda", 0});
-    one->load(model.view());
+    const auto one = open(model.view());
     Faults faults;
     faults.throws = faults.lost = faults.memory = 0.1;
     ServiceOptions options = gpuWorkers(2, ServiceMode::Split);

@@ -32,7 +32,7 @@ gsc_add_test(test_kernel_frame SOURCES kernels/test_frame.cpp backends/test_fram
 
 set(gsc_test_cuda_sources
     support/gpu_main.cpp backends/on_cuda.cpp backends/test_frames.cpp backends/test_reuse.cpp backends/test_false_colours.cpp
-    backends/test_bands.cpp backends/test_depths.cpp backends/test_select.cpp kernels/gpu_tools.cpp kernels/test_cuda_frame.cpp kernels/test_cuda_graph.cpp kernels/test_cuda_pictures.cpp kernels/test_cuda_passes.cpp kernels/test_cuda_renderer.cpp kernels/test_cuda_service.cpp kernels/test_cuda_depth.cpp kernels/test_cuda_bands.cpp kernels/test_cuda_false_colours.cpp kernels/test_cuda_foveation.cpp kernels/test_cuda_scores.cpp
+    backends/test_bands.cpp backends/test_depths.cpp backends/test_renderer.cpp backends/test_select.cpp kernels/gpu_tools.cpp kernels/test_cuda_frame.cpp kernels/test_cuda_graph.cpp kernels/test_cuda_pictures.cpp kernels/test_cuda_passes.cpp kernels/test_cuda_renderer.cpp kernels/test_cuda_service.cpp kernels/test_cuda_depth.cpp kernels/test_cuda_bands.cpp kernels/test_cuda_false_colours.cpp kernels/test_cuda_foveation.cpp kernels/test_cuda_scores.cpp
     backends/test_coarse.cpp backends/test_coarse_models.cpp kernels/test_cuda_coarse_limits.cpp
     kernels/test_cuda_shared.cpp kernels/test_cuda_far.cpp kernels/test_cuda_reuse.cpp kernels/test_cuda_load.cpp kernels/test_cuda_select.cpp
     kernels/gpu_decode.cpp kernels/test_cuda_decode.cpp kernels/test_cuda_decode_ring.cpp

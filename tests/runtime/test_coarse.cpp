@@ -214,8 +214,7 @@ TEST_CASE("detail: false colours tell how a group is drawn, and change nothing e
 TEST_CASE("detail: the reference keeps nothing and refuses it")
 {
     const auto model = coarseModel();
-    const auto reference = makeCpuRenderer(CpuPath::Reference, 1);
-    reference->load(model->view());
+    const auto reference = open(model->view(), "cpu-reference");
     CHECK_THROWS_AS(render(*reference, farWalk(0, 1), withDetail(2)), Error);
     FrameOptions both = withDetail(2);
     both.reuse.policy = ReusePolicy::Error;

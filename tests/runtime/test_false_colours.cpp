@@ -65,8 +65,7 @@ TEST_CASE("views of the scalar reference are those of the fast renderer")
 {
     const SyntheticModel model(modelOptions(LevelRule::Round));
     const auto fast = open(model.view());
-    const auto reference = makeCpuRenderer(CpuPath::Reference, 1);
-    reference->load(model.view());
+    const auto reference = open(model.view(), "cpu-reference");
     for (const FrameView view : {FrameView::Picture, FrameView::Level, FrameView::Age}) {
         FrameOptions options = with(ReusePolicy::None);
         options.view = view;

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The renderer interface on the host: tickets, targets, two frames in flight, two renderers of one model.
+// The renderer interface on the host: tickets, targets, what a frame thread throws.
 #include "kernels/blend/blend.h"
 #include "kernels/present/pixel.h"
 #include "runtime/cpu/frame_thread.h"
 #include "runtime/devices/device_fallback.h"
-#include "tests/kernels/render_tools.h"
-#include "tests/kernels/synthetic_model.h"
 #include "tests/backends/reuse_scene.h"
 
 #include <doctest/doctest.h>
@@ -14,7 +12,6 @@
 #include <cstring>
 #include <limits>
 #include <semaphore>
-#include <thread>
 
 using namespace gsc;
 using namespace gsc::test;
@@ -28,57 +25,7 @@ FrameRequest oneEye(const EyeParams& eye, const FrameTarget& target)
     return {{&eye, 1}, {&target, 1}, FrameOptions{}};
 }
 
-// The pictures of a walk, with two frames in flight or one.
-std::vector<std::vector<float>> walkThrough(Renderer& renderer, const FrameOptions& options, int frames, bool two)
-{
-    std::vector<std::vector<EyeParams>> eyes;
-    std::vector<std::vector<float>> pictures;
-    for (int i = 0; i < frames; ++i) {
-        eyes.push_back(walk(i, 1));
-        pictures.emplace_back(size_t(3) * eyes[size_t(i)][0].width * eyes[size_t(i)][0].height, -7.0f);
-    }
-    uint64_t before = 0;
-    FrameResult result;
-    for (size_t i = 0; i < eyes.size(); ++i) {
-        const FrameTarget target = hostTarget(pictures[i].data());
-        const uint64_t ticket = renderer.submit({eyes[i], {&target, 1}, options});
-        if (before != 0)
-            CHECK(renderer.wait(before, result) == FrameState::Done);
-        before = two ? ticket : 0;
-        if (!two)
-            CHECK(renderer.wait(ticket, result) == FrameState::Done);
-    }
-    if (two)
-        CHECK(renderer.wait(before, result) == FrameState::Done);
-    return pictures;
-}
-
 } // namespace
-
-TEST_CASE("two frames in flight draw what one after the other does, with entries kept and without")
-{
-    const SyntheticModel model(modelOptions(LevelRule::Round));
-    for (const ReusePolicy policy : {ReusePolicy::None, ReusePolicy::Error, ReusePolicy::Depth}) {
-        CAPTURE(uint32_t(policy));
-        const auto one = open(model.view()), two = open(model.view());
-        CHECK(walkThrough(*one, with(policy, 2), 6, false) == walkThrough(*two, with(policy, 2), 6, true));
-    }
-}
-
-TEST_CASE("renderers of one model on threads of their own draw the same bytes")
-{
-    const SyntheticModel model(modelOptions(LevelRule::Round));
-    const FrameOptions options = with(ReusePolicy::Error, 1);
-    const auto expected = walkThrough(*open(model.view()), options, 5, false);
-    std::vector<std::vector<float>> pictures[2];
-    std::vector<std::thread> threads;
-    for (auto& own : pictures)
-        threads.emplace_back([&] { own = walkThrough(*open(model.view()), options, 5, true); });
-    for (std::thread& thread : threads)
-        thread.join();
-    CHECK(pictures[0] == expected);
-    CHECK(pictures[1] == expected);
-}
 
 TEST_CASE("a target has the picture in its format and its rows, and nothing else of it changes")
 {

@@ -198,8 +198,7 @@ TEST_CASE("an eye draws what the other had decoded if the bound allows it")
 TEST_CASE("what cannot be kept is refused")
 {
     const SyntheticModel model(modelOptions(LevelRule::None));
-    const auto reference = makeCpuRenderer(CpuPath::Reference, 1);
-    reference->load(model.view());
+    const auto reference = open(model.view(), "cpu-reference");
     const std::vector<EyeParams> eyes = walk(0, 1);
     CHECK_THROWS_AS(render(*reference, eyes, with(ReusePolicy::Error)), Error);
     const auto fast = open(model.view());

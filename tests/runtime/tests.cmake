@@ -17,6 +17,6 @@ gsc_add_test(test_coarse SOURCES runtime/test_coarse.cpp backends/test_coarse.cp
 gsc_add_test(test_camera_motion SOURCES runtime/test_camera_motion.cpp LIBS gsc_runtime gsc_kernels)
 gsc_add_test(test_stereo SOURCES runtime/test_stereo.cpp LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
 gsc_add_test(test_bands SOURCES runtime/test_bands.cpp backends/test_bands.cpp LIBS gsc_test_on_cpu)
-gsc_add_test(test_renderer SOURCES runtime/test_renderer.cpp backends/test_depths.cpp LIBS gsc_test_on_cpu)
+gsc_add_test(test_renderer SOURCES runtime/test_renderer.cpp backends/test_renderer.cpp backends/test_depths.cpp LIBS gsc_test_on_cpu)
 gsc_add_test(test_false_colours SOURCES runtime/test_false_colours.cpp backends/test_false_colours.cpp
                                 LIBS gsc_test_on_cpu)
