@@ -32,8 +32,7 @@ TEST_CASE("bands of an image: every tier, both rasterisers, every format, depths
             CAPTURE(uint32_t(tier));
             checkBands(*renderer, apart, onGrey(tier), {64}, PixelFormat::Rgb32f, true);
             checkBands(*renderer, beside, onGrey(tier), {32, 96}, PixelFormat::Rgba8, true);
-            FrameOptions merged = onGrey(tier);
-            merged.stereo = StereoMode::Merged;
+            FrameOptions merged = mergedEyes(onGrey(tier));
             checkBands(*renderer, beside, merged, {96}, PixelFormat::Rgba16f);
             checkBands(*renderer, apart, merged, {64, 128}, PixelFormat::Rgb32f, true);
         }

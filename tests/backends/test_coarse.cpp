@@ -61,8 +61,7 @@ std::vector<Mlp> plainMlps(const SyntheticOptions& options, float low, float hig
 double lightOf(const ModelView& model, const EyeParams& eye, float detail)
 {
     const auto gpu = open(model);
-    FrameOptions how = detailed(detail);
-    std::fill_n(how.background, 3, 0.0f);
+    FrameOptions how = over(0.0f, detailed(detail));
     const auto image = settled(*gpu, {eye}, how);
     CHECK((image[0].result.coarse.kept > groupsOf(image[0].result.coarse) / 3) == (detail > 0));
     return std::accumulate(image[0].pixels.begin(), image[0].pixels.end(), 0.0);

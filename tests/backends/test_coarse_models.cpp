@@ -152,8 +152,7 @@ TEST_CASE("coarse: levels that switch and levels that fade")
 TEST_CASE("coarse: two eyes that share their bins and two that do not; none is made of what they see too differently")
 {
     const FarModel model;
-    FrameOptions merged = detailed(2);
-    merged.stereo = StereoMode::Merged;
+    FrameOptions merged = mergedEyes(detailed(2));
     const std::vector<EyeParams> toed = {farEye(0, 0.5f), farEye(0.3f, 0.2f, 80, 64)};
     CHECK(likeAll(model.view(), farPair(), detailed(2)) >= 36);
     CHECK(likeAll(model.view(), farPair(), merged) >= 36);
@@ -309,8 +308,7 @@ TEST_CASE("coarse: the view of ages shows frames since a copy was made")
     const auto renderer = open(model->view());
     const uint32_t frames = kBackend.makes_all ? 1 : 3; // by when all are made, at most
     const float slack = kBackend.makes_all ? 1e-4f : 5e-3f;
-    FrameOptions options = detailed(kMostDetail);
-    std::fill_n(options.background, 3, 0.0f);
+    FrameOptions options = over(0.0f, detailed(kMostDetail));
     for (uint32_t i = 0; i < 4; ++i) {
         CAPTURE(i);
         options.view = i == 2 ? FrameView::Picture : FrameView::Age;

@@ -55,8 +55,7 @@ TEST_CASE("one decode for both eyes: what the scalar reference draws, and each a
         for (const Tier tier : kBackend.tiers) {
             CAPTURE(uint32_t(rule));
             CAPTURE(uint32_t(tier));
-            FrameOptions merged = onGrey(tier);
-            merged.stereo = StereoMode::Merged;
+            FrameOptions merged = mergedEyes(onGrey(tier));
             SyntheticOptions options = rule == LevelRule::None ? SyntheticOptions{} : octree(rule);
             options.anchors = 1500;
             options.inputs = kMlpTakesDistance;
@@ -154,8 +153,7 @@ TEST_CASE(
     "trap 20: from within the model and close up, over white, with the near plane moved; the model's is the default")
 {
     const SyntheticModel model({.anchors = 1500, .log_scale = -2});
-    FrameOptions frame;
-    std::fill_n(frame.background, 3, 1.0f);
+    FrameOptions frame = over(1.0f);
     for (const float near_z : {0.0f, 1.5f}) {
         frame.near_z = near_z;
         for (const float z : {-5.0f, -3.0f, -1.0f}) {

@@ -84,8 +84,7 @@ TEST_CASE("reuse: a camera that stands still decodes once")
 
 TEST_CASE("reuse: the paper's loop, depth with one decode for both eyes")
 {
-    FrameOptions merged = with(ReusePolicy::Depth, 0, 0);
-    merged.stereo = StereoMode::Merged;
+    FrameOptions merged = mergedEyes(with(ReusePolicy::Depth, 0, 0));
     for (const LevelRule rule : {LevelRule::None, LevelRule::Round}) {
         CAPTURE(int(rule));
         const SyntheticModel model(modelOptions(rule));

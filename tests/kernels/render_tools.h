@@ -45,11 +45,22 @@ inline bool sameBytes(const std::vector<Image<float>>& a, const std::vector<Imag
                       [](const auto& one, const auto& other) { return sameBytes(one.pixels, other.pixels); });
 }
 
+inline FrameOptions over(float grey, FrameOptions options = {})
+{
+    std::fill_n(options.background, 3, grey);
+    return options;
+}
+
 inline FrameOptions onGrey(Tier tier = Tier::Fast)
 {
-    FrameOptions options;
+    FrameOptions options = over(0.5f);
     options.tier = tier;
-    options.background[0] = options.background[1] = options.background[2] = 0.5f;
+    return options;
+}
+
+inline FrameOptions mergedEyes(FrameOptions options)
+{
+    options.stereo = StereoMode::Merged;
     return options;
 }
 

@@ -110,8 +110,7 @@ TEST_CASE("false colours: groups are near, kept, stale or made, as they are coun
 {
     const SyntheticModel model(farModel());
     const auto gpu = open(model.view()), plain = open(model.view());
-    FrameOptions options = viewed(onGrey(Tier::Fast), FrameView::Detail);
-    std::fill_n(options.background, 3, 0.0f);
+    FrameOptions options = over(0.0f, viewed(onGrey(Tier::Fast), FrameView::Detail));
     options.detail = 8;
     FrameOptions picture = viewed(options, FrameView::Picture);
     // A frame makes some of the copies that it wants; the second and third make the rest, and are not looked at. One is

@@ -106,8 +106,7 @@ uint32_t checkBudgets(const ModelView& model, const FrameOptions& options, const
 TEST_CASE("several passes give the bytes of one, and a budget too small for the model is refused")
 {
     const SyntheticModel model({.anchors = 6000 * kManyAnchors, .log_scale = -3.5f});
-    FrameOptions merged = onGrey(Tier::Fast);
-    merged.stereo = StereoMode::Merged;
+    FrameOptions merged = mergedEyes(onGrey(Tier::Fast));
     for (const FrameOptions& how : {onGrey(Tier::Fast), onGrey(Tier::Exact), merged}) {
         CAPTURE(uint32_t(how.tier));
         CAPTURE(uint32_t(how.stereo));

@@ -112,8 +112,8 @@ std::vector<Job> jobs(const std::vector<Model>& all)
         change(options);
         return options;
     };
-    const FrameOptions merged = changed(fast, [](FrameOptions& o) { o.stereo = StereoMode::Merged; });
-    const FrameOptions merged_exact = changed(exact, [](FrameOptions& o) { o.stereo = StereoMode::Merged; });
+    const FrameOptions merged = mergedEyes(fast);
+    const FrameOptions merged_exact = mergedEyes(exact);
     for (const Model& model : all) {
         const int row = model.options.appearance_rows > 0 ? 2 : -1;
         const auto with_row = [&](const FrameOptions& from) {

@@ -122,8 +122,7 @@ TEST_CASE("images so high that bins are of twice the height")
 TEST_CASE("one decode for both eyes, from between them")
 {
     const SyntheticModel scene = model(1500, -3, 10);
-    FrameOptions merged = onGrey(Tier::Exact);
-    merged.stereo = StereoMode::Merged;
+    FrameOptions merged = mergedEyes(onGrey(Tier::Exact));
     checkFrame(scene.view(), {eyeAhead(-0.9f, -6, 150, 110), eyeAhead(0.9f, -6, 130, 120)}, merged);
 }
 

@@ -45,8 +45,7 @@ TEST_CASE("images do not depend on the number of threads, byte for byte, nor on 
 {
     const SyntheticModel model(octree(LevelRule::Round));
     const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 190, 130), eyeAt(0.7f, -5, 190, 130)};
-    FrameOptions merged = onGrey();
-    merged.stereo = StereoMode::Merged;
+    FrameOptions merged = mergedEyes(onGrey());
     const auto one = open(model.view(), 1);
     const auto expected = render(*one, eyes, onGrey()), expected_merged = render(*one, eyes, merged);
     for (const int threads : {1, 2, 3, 5}) {

@@ -171,8 +171,7 @@ TEST_CASE("float positions and zeros that are negative are moved too")
 
 TEST_CASE("100 km away, pictures are those of the origin, for every level rule and both rasterisers")
 {
-    FrameOptions options;
-    std::fill_n(options.background, 3, 0.5f);
+    FrameOptions options = onGrey();
     for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat})
         for (const LevelRule rule :
              {LevelRule::None, LevelRule::Floor, LevelRule::Round, LevelRule::Ceil, LevelRule::Progressive})
