@@ -19,7 +19,7 @@ struct Selected {
 // Selects for eyes, a level bias and a fade, and checks set, factors and counts.
 using CheckSelection = std::function<Selected(const std::vector<EyeParams>& eyes, float lod_bias, float lod_fade)>;
 
-// Of a model, which must outlive it. Defined beside the cases that are of one backend alone.
+// Checks of a model, which must outlive them. Defined beside the cases that are of one backend alone.
 CheckSelection selectionOf(const ModelView& model);
 
 } // namespace gsc::test

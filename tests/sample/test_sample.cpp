@@ -115,7 +115,8 @@ TEST_CASE("sample: exactly the anchors asked for")
     const Outcome failure = tryMake(sampleOptions(SampleScene::City, SampleModel::Octree, 1, scratch / "one"));
     CHECK(failure.code == ErrorCode::Usage);
     CHECK(failure.message.find("expected 2") != std::string::npos);
-    CHECK(tryMake(sampleOptions(SampleScene::City, SampleModel::Scaffold, 0, scratch / "none")).code == ErrorCode::Usage);
+    CHECK(tryMake(sampleOptions(SampleScene::City, SampleModel::Scaffold, 0, scratch / "none")).code ==
+          ErrorCode::Usage);
     CHECK(scratch.names().size() == 1);
 }
 
