@@ -62,10 +62,4 @@ inline std::vector<FrameOptions> waysToDraw(float bound = 0, uint32_t depth = 3)
 // which. Defined beside the cases of frames that are of one backend alone. `exact_db`: the least that tier exact must reach.
 void checkFrame(const ModelView& model, const std::vector<EyeParams>& eyes, FrameOptions options, double exact_db = 90);
 
-// Can it be drawn with one decode for both eyes?
-inline bool merges(const FrameOptions& options)
-{
-    return options.reuse.policy != ReusePolicy::Error;
-}
-
 } // namespace gsc::test
