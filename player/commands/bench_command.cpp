@@ -60,7 +60,7 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
                                  "from which a sweep that was stopped goes on");
     for (const char* fixed : {"--cameras", "--frames", "--warmup", "--measure", "--quality", "--score-every",
                               "--score-first", "--target-ms", "--frames-in-flight", "--gpus", "--devices"})
-        sweep.excludes(optionOf(app, fixed)); // the file says these
+        sweep.excludes(optionOf(app, fixed)); // set in the file of the sweep
     addShard(app, options.play, "the runs of --sweep", "--out");
 }
 

@@ -54,7 +54,7 @@ ErrorCode runStability(const StabilityOptions& options, Reporter& report)
     else
         for (const RunRow& row : summary.rows)
             report.text(jsonText(toJson(row), -1));
-    // whether the test passed is known of all shards together: gsc merge-runs says so
+    // the outcome of a shard is left to gsc merge-runs, which has the rows of all shards
     return summary.passed() || options.play.shard.isGiven() ? ErrorCode::Ok : ErrorCode::Difference;
 }
 
@@ -85,7 +85,7 @@ void addStabilityCommand(CLI::App& root, Invocation& invocation)
                         formatString("--score-every %llu", static_cast<unsigned long long>(options->score.every)),
                         "leaves frames out, and --bound-temporal bounds changes from each frame to the next", "1",
                         "pass --bound-temporal 0 too");
-        options->play.cameras.may_end_sooner = true; // the longest trajectory is looked at, see stability()
+        options->play.cameras.may_end_sooner = true; // stability() checks --frames with the longest trajectory
         invocation.run = [options](Reporter& report) { return runStability(*options, report); };
     });
 }

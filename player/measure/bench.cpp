@@ -27,7 +27,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// A device whose memory the model fills has no room left to measure in; the frames are measured all the same.
+// Ceilings of the device; unknown, with a warning, if the model leaves no memory to measure them in.
 DeviceCeilings ceilingsOf(Renderer& renderer, Reporter& log)
 {
     try {
@@ -40,7 +40,7 @@ DeviceCeilings ceilingsOf(Renderer& renderer, Reporter& log)
     }
 }
 
-// Before the model is loaded.
+// Throws Error(Usage) for too many frames in flight, before the model is loaded.
 void checkFramesInFlight(const BenchOptions& options)
 {
     const uint32_t most = drawsWithService(options.play.devices)
@@ -86,7 +86,7 @@ RunRow bench(const BenchOptions& options, Reporter& log)
     FrameLoop loop(*scene, path.shots, path.eye_count, frameOptions(*scene, run), *renderer, guard ? &*guard : nullptr);
     const uint64_t total = uint64_t(options.warmup) + options.measured;
     WorkContext work{run, path.eye_count, 0, {}, {}};
-    // the measured frames start at the first shot whatever the warm-up was
+    // measured frames start at the first shot, whatever the length of the warm-up
     const auto shot_of = [&](size_t i) { return (i >= options.warmup ? i - options.warmup : i) % path.shots.size(); };
     loop.run(total, options.in_flight, shot_of, nullptr, [&](size_t i, LoopFrame&, const TimedFrame& frame) {
         if (i >= options.warmup)
@@ -96,7 +96,7 @@ RunRow bench(const BenchOptions& options, Reporter& log)
         log.progress("render", i + 1, total);
     });
     const std::optional<ServiceStats> service = serviceStats(*renderer);
-    result.device = renderer->device(); // behind the last frame: its clocks are those of the run
+    result.device = renderer->device(); // read after the last frame, so that its clocks are those of the run
     work.anchor_cost = anchorCost(scene->view(), result.tier);
     work.ceilings = ceilingsOf(*renderer, log);
 

@@ -13,7 +13,7 @@ namespace gsc {
 
 namespace {
 
-// `in_order`: a path is played up to the last, which is then the path's: the first is drawn from a cold start.
+// Frames to score. `in_order`: the path is played from a cold start up to the last scored frame.
 ScoreOptions scoredFrames(const BenchOptions& options, uint64_t count, bool in_order)
 {
     ScoreOptions score = options.score;
@@ -38,7 +38,7 @@ public:
     {
     }
 
-    // Sets the frames in `score`.
+    // Sets the scored frames in `score`.
     Accuracy run(const BenchOptions& options, ScoreOptions& score)
     {
         const bool in_order = dependsOnPath(m_frame) || m_guard;
@@ -118,7 +118,7 @@ Accuracy scoreBench(const BenchOptions& options, const std::shared_ptr<const Sce
     try {
         std::unique_ptr<Renderer> other;
         if (!options.reference.empty()) {
-            double ignored = 0; // what several devices draw is measured against one
+            double ignored = 0; // several devices are scored against one
             other =
                 openRenderer(options.play.model, options.play.devices.alone(options.reference), scene, log, ignored);
         }

@@ -9,9 +9,9 @@
 
 namespace gsc {
 
-// Tells `context` which frames it scores against which backend. Where frames depend on those before them, the cameras are
-// played from the first on, from a cold start. Where there is no memory for it, that is a warning and there are no images.
-// Throws Error.
+// Scores frames and writes to `context` which frames, and the backend of the exact images. If frames depend on earlier
+// frames, the cameras are played from the first on, from a cold start. Without memory for the pictures it warns and the
+// result has no images. Throws Error.
 Accuracy scoreBench(const BenchOptions& options, const std::shared_ptr<const Scene>& scene, const Path& path,
                     const FrameChoice& choice, Renderer& renderer, RunContext& context, Reporter& log);
 

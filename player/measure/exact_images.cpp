@@ -48,7 +48,7 @@ const FramePictures& ExactImages::images(size_t shot)
 {
     if (!m_kept.empty())
         return m_kept[shot];
-    m_current = {}; // its memory is used again
+    m_current = {}; // frees its memory for the next images
     return m_current = render(shot);
 }
 

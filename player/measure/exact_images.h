@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The exact images of a path: kept, or drawn again for every run that is scored against them.
+// Exact images of a path: kept, or drawn again for every run that is scored against them.
 #pragma once
 
 #include "player/measure/scorer.h"
@@ -15,25 +15,24 @@
 
 namespace gsc {
 
-// Draws a frame of a FrameLoop into `images`; null leaves it on the device.
+// Makes a FrameLoop draw a frame into `images`; null leaves it on the device.
 FrameLoop::Prepare drawsInto(const FramePictures* images);
 
-// Images of tier exact without reuse and without caches, of the frames that `score` scores: what every run of the path is
-// measured against.
+// Reference of every run of a path: its scored frames in tier exact, without reuse and without caches.
 class ExactImages {
 public:
-    // Background and near plane are those of `frame`. All must outlive this. `memory` is where the images are wanted.
+    // Background and near plane are those of `frame`. References must outlive this object. Images lie in `memory`.
     ExactImages(const Scene& scene, const Path& path, const FrameOptions& frame, const ScoreOptions& score,
                 Renderer& renderer, std::shared_ptr<PictureMemory> memory = hostPictures(false));
 
-    // Bytes of all of them.
+    // Bytes of all images of a path.
     static uint64_t bytes(const Path& path, const ScoreOptions& score);
 
-    // Renders and keeps all of them; the renderer is not used afterwards.
+    // Draws and keeps all images; the renderer is not used afterwards.
     void keepAll();
 
-    // Rendered now unless kept; then the renderer must not be the one that is measured, whose caches it would disturb.
-    // Valid until the next call. Precondition: the frame is scored.
+    // Images of a shot, drawn now unless kept. Valid until the next call. Precondition: the frame is scored; unless images
+    // are kept, `renderer` is not the measured one, whose caches this would disturb.
     const FramePictures& images(size_t shot);
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pictures of one frame in memory that they are drawn into and scored in.
+// Pictures of one frame, in the memory in which they are drawn and scored.
 #pragma once
 
 #include "player/frames/shots.h"

@@ -25,9 +25,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr size_t kTraced = 1000000; // poses and events
+constexpr size_t kTraced = 1000000; // most poses, and most events, in the trace
 
-// Takes pictures as a display does, and lets them go.
+// Thread that takes finished pictures, as a display does, and releases them.
 class Display {
 public:
     explicit Display(RendererService& service)
@@ -54,16 +54,16 @@ private:
             if (service.next(kAsk))
                 ++m_shown;
             else if (service.stats().counts.open() == 0)
-                std::this_thread::sleep_for(std::chrono::microseconds(200)); // no pose is there to wait for
+                std::this_thread::sleep_for(std::chrono::microseconds(200)); // no pose is under way
         }
     }
 
     std::atomic<bool> m_ends = false;
     std::atomic<uint64_t> m_shown = 0;
-    std::thread m_thread; // last: it uses the others
+    std::thread m_thread; // last, because it uses the other members
 };
 
-// Everything that can be said without the model.
+// Checks --trace, before the model is read. Throws Error.
 void checkTrace(const LiveOptions& options, Reporter& log)
 {
     if (options.trace.empty())
@@ -84,7 +84,7 @@ void setLive(const LiveOptions& options, ServiceOptions& service)
     service.trace_limit = kTraced;
 }
 
-// A run that showed nothing for want of workers, or because no pose could be drawn, has failed.
+// Throws if the run showed nothing: no worker was left, or no pose could be drawn.
 void throwIfFailed(const LiveOptions& options, const ServiceStats& stats)
 {
     const auto last = std::ranges::find_if(stats.workers.rbegin(), stats.workers.rend(),
@@ -164,7 +164,7 @@ LiveSummary live(const LiveOptions& options, Reporter& log)
         file->write(jsonText(toJson(liveTrace(options, summary)), -1) + "\n");
         file->commit();
     }
-    throwIfFailed(options, summary.service); // the trace of such a run is wanted, too
+    throwIfFailed(options, summary.service); // after the trace is written: that of a failed run is useful too
     return summary;
 }
 

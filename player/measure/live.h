@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// gsc-play live: a trajectory fed in real time, as a viewer feeds its poses.
+// gsc-play live: submits the poses of a trajectory to a service in real time, as a viewer does.
 #pragma once
 
 #include "player/options/play_options.h"
@@ -16,29 +16,30 @@ namespace gsc {
 struct LiveOptions {
     PlayOptions play;                             // its outputs are not used
     double rate = 90;                             // poses per second
-    double seconds = 0;                           // going round the cameras; 0 = once through them
+    double seconds = 0;                           // length of the run, round the cameras; 0 = once through them
     double timeout_ms = 50;                       // longest wait of a pose before it is begun
-    double still_distance = 0, still_degrees = 0; // ServiceOptions
-    std::string trace; // file that takes the trace, empty = none; OutputChoice::overwrite is its
+    double still_distance = 0, still_degrees = 0; // as in ServiceOptions
+    std::string trace; // file for the trace, which OutputChoice::overwrite lets replace; empty = none
 };
 
+// Result of a run.
 struct LiveSummary {
     FileFacts file;
     Tier tier = Tier::Exact;
-    double seconds = 0; // from the first pose until the last had ended
+    double seconds = 0; // from the first pose to the end of the last
     ServiceStats service;
     ServiceTrace trace;
-    std::vector<std::string> devices; // as they were named
+    std::vector<std::string> devices; // names as on the command line
     std::vector<std::string> warnings;
 };
 
-// Pictures are gathered on the first device and given back at once. Throws Error.
+// Runs the service. Pictures come to the first device and are released at once. Throws Error.
 LiveSummary live(const LiveOptions& options, Reporter& log);
 
-// schemas/service-trace.schema.json
+// Trace of the run, for schemas/service-trace.schema.json.
 ServiceTraceReport liveTrace(const LiveOptions& options, const LiveSummary& summary);
 
-// Some lines for a person.
+// Result as lines for a person.
 std::string liveReportText(const LiveOptions& options, const LiveSummary& summary);
 
 } // namespace gsc

@@ -18,7 +18,7 @@ ServiceTraceReport liveTrace(const LiveOptions& options, const LiveSummary& summ
 
 std::string liveReportText(const LiveOptions& options, const LiveSummary& summary)
 {
-    constexpr size_t kMostEvents = 40; // lines; the trace has them all
+    constexpr size_t kMostEvents = 40; // most lines; the trace has every event
     const LedgerCounts& counts = summary.service.counts;
     const auto of = [&](PoseEnd end) { return formatCount(counts.of(end)); };
     const LatencyStats& latency = summary.service.latency;

@@ -9,7 +9,7 @@ namespace gsc {
 
 namespace {
 
-// May a second renderer stay for the next path? It would load the model again.
+// True if a second renderer may stay open for the next path: it then need not load the model again.
 bool leavesRoom(const Renderer& renderer)
 {
     return renderer.onHost() || freeDeviceBytes(renderer.id()) > renderer.device().memory_bytes / 2;
@@ -28,7 +28,7 @@ Renderer& Measurer::renderer(const std::string& name, bool second)
 {
     std::unique_ptr<Renderer>& slot = m_renderers[{name, second}];
     if (!slot) {
-        // devices that draw together are what is measured
+        // only the measured renderer draws on several devices
         const bool alone = second || (name == m_reference && name != m_measured);
         double ignored = 0;
         slot = openRenderer(m_model, alone ? m_choice.alone(name) : m_choice.of(name), m_scene, m_log, ignored);
@@ -59,7 +59,7 @@ std::string Measurer::referenceOf(const std::string& name) const
     return m_reference.empty() ? name : m_reference;
 }
 
-// Where there is no room for both models, that of the measured one goes until its next run.
+// Renderer of the exact images. Without memory for two copies of the model the measured renderer is closed until its next run.
 Renderer& Measurer::reference(const std::string& name, const std::string& measured)
 {
     try {
@@ -71,19 +71,19 @@ Renderer& Measurer::reference(const std::string& name, const std::string& measur
     }
 }
 
-// A renderer on the host draws them itself. On a GPU another one does: what tier exact needs of the device would stay and
-// count as the run's.
+// Exact images of a path. A renderer on the host draws its own. On a GPU a second renderer does, because the memory that tier
+// exact takes would stay and count as the run's.
 ExactImages& Measurer::exactImages(const Path& path, const std::string& measured, const FrameOptions& frame)
 {
     const std::string name = referenceOf(measured);
     if (m_exact && m_exact_path == &path && m_exact_reference == name && m_exact_measured == measured)
         return *m_exact;
-    m_exact.reset(); // its memory is needed
+    m_exact.reset(); // frees its memory for the next images
     if (m_exact_measured != measured)
         m_renderers.erase({m_exact_reference, true});
     const uint64_t bytes = ExactImages::bytes(path, m_score);
     const DeviceId scoring = renderer(measured).id();
-    const bool on_host = renderer(measured).onHost(); // from here on the measured one may have to go
+    const bool on_host = renderer(measured).onHost(); // asked first: below, the measured renderer may be closed
     const bool own = on_host && name == measured && mayKeepOnHost(bytes);
     Renderer& drawing = own ? renderer(name) : reference(name, measured);
     std::shared_ptr<PictureMemory> memory = memoryToKeep(bytes, scoring, on_host, drawing);

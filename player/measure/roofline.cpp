@@ -9,11 +9,11 @@ namespace gsc {
 
 namespace {
 
-// Bytes of what the stages hand on. A backend with other records changes these.
+// Bytes of the records that stages pass on. Another layout of them in a backend changes these.
 constexpr double kPositionBytes = 16; // x, y, z, level
 constexpr double kSizeBytes = 24, kTestedSizeBytes = 12;
 constexpr double kVisibleBytes = 4;
-constexpr double kPackedOffsetBytes = 8; // of a Gaussian in the tier fast
+constexpr double kPackedOffsetBytes = 8; // offset of a Gaussian in tier fast
 constexpr double kSplatBytes = 32, kExactSplatBytes = 48;
 constexpr double kSplatKeyBytes = 8; // depth and tile box, kept apart from the splat
 constexpr double kPairBytes = 8;     // depth and splat index
@@ -69,7 +69,7 @@ FrameWork leastWork(const AnchorCost& anchor, const EyeCounts* eyes, uint32_t ey
     const double visible = largest(eyes, eye_count, &EyeCounts::anchors_visible);
     const double splats = sum(eyes, eye_count, &EyeCounts::gaussians_visible);
     const double pairs = sum(eyes, eye_count, &EyeCounts::pairs);
-    // tiles of both eyes, which each reads: otherwise what an eye sees is in tiles of its own
+    // with counts in the first eye alone both eyes read one list of tiles; otherwise each eye has tiles of its own
     const bool shared = eye_count == 2 && eyes[1].pairs == 0 && eyes[1].gaussians_visible != 0;
     const double listed = shared ? largest(eyes, eye_count, &EyeCounts::gaussians_visible) : splats;
     const double evaluations = sum(eyes, eye_count, &EyeCounts::blend_evaluations);
@@ -121,7 +121,7 @@ const char* boundName(Bound bound)
 StageFloor floorOf(const StageWork& work, const DeviceCeilings& ceilings)
 {
     const double read = 1 / ceilings.read_bytes_per_s; // seconds per byte
-    // what a written byte adds, so that equal amounts go at the copy ceiling
+    // seconds that a written byte adds, such that equal amounts take the copy ceiling
     const double write = std::max(2 / ceilings.copy_bytes_per_s - read, 0.0);
     const struct {
         Bound bound;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The least that the stages of a frame must move and compute, and the time that a device's ceilings allow for it.
+// Least work of the stages of a frame, in bytes and operations, and the least time for it under a device's ceilings.
 //
-// Counted is what crosses device memory between stages that are kernels of their own, each byte once. Both eyes share
-// one pass over groups and anchors; their union is taken for the larger of the two, which is a little less. With
-// G, T, V: groups and anchors tested and anchors visible, of the larger eye; S, P, E: Gaussians visible, (tile, splat)
-// pairs and blend evaluations, sums over the eyes; F, K, H: features, Gaussians per anchor, hidden units:
+// Bytes are those that cross device memory between the kernels of two stages, each byte once. Both eyes share one pass over
+// groups and anchors; the count of the larger eye stands for their union, which is a little more. Names: G, T, V: groups
+// tested, anchors tested and anchors visible, in the larger eye; S, P, E: Gaussians visible, (tile, splat) pairs and blend
+// evaluations, sums over the eyes; F, K, H: features, Gaussians per anchor, hidden units.
 //
 //   select   reads 80 G + (16 + 12) T  group records; position with level, and the three sizes the test needs
 //            writes 4 V                 list of visible anchors
@@ -22,8 +22,8 @@
 // The tier exact reads floats (4 (F + 3 K)), writes splats of 48 bytes and computes on fp32 lanes; a feature bank
 // makes all of the first layer depend on the eye. Not counted: weights and cameras, which stay on chip.
 //
-// It is a floor for a given set of counts: tighter culling lowers them and so the floor. Blending stops early where a
-// pixel is full and finds splats of neighbouring tiles in the cache, so it may fall below its bytes.
+// The floor holds for given counts: tighter culling lowers both. Blending stops early at a pixel that is opaque and finds
+// splats of neighbouring tiles in the cache, so it may take less than the time for its bytes.
 #pragma once
 
 #include <gsc/renderer.h>
@@ -32,17 +32,18 @@
 
 namespace gsc {
 
-// Cost of decoding, from the hyper-parameters.
+// Cost of decoding an anchor, from the hyper-parameters.
 struct AnchorCost {
     double bytes = 0;       // read per visible anchor, for both eyes
     double shared_macs = 0; // multiply-adds per visible anchor, for both eyes
     double eye_macs = 0;    // per visible anchor and eye
     double splat_bytes = 0; // written by decode and read by blend, per splat
-    bool exact = false;     // on fp32 lanes instead of the matrix units
+    bool exact = false;     // tier exact: fp32 lanes instead of the matrix units
 };
 
 AnchorCost anchorCost(const ModelView& model, Tier tier);
 
+// Least work of a stage: bytes and operations.
 struct StageWork {
     double bytes_read = 0, bytes_written = 0;
     double lane_operations = 0; // fp32
@@ -58,17 +59,19 @@ struct FrameWork {
 FrameWork leastWork(const AnchorCost& anchor, const EyeCounts* eyes, uint32_t eye_count, double pixels,
                     bool sorts_apart);
 
+// Ceiling of a device that sets a floor.
 enum class Bound { None, Memory, Lanes, Exponentials, Matrix };
 
 const char* boundName(Bound bound); // as in schemas/run.schema.json
 
+// Least time of a stage. All parts of a device can be busy at a time, so the slowest alone sets it.
 struct StageFloor {
     double ms = 0;
-    Bound bound = Bound::None; // the ceiling that takes longest: the others can all be busy at the same time
+    Bound bound = Bound::None; // the slowest part
 };
 
-// Reading alone goes at the read ceiling, reading and writing equal amounts at the copy ceiling, anything else in
-// between. Precondition: ceilings.known().
+// Floor of a stage. Bytes that are only read take the read ceiling, equal amounts of read and written bytes the copy ceiling,
+// other mixtures a rate in between. Precondition: ceilings.known().
 StageFloor floorOf(const StageWork& work, const DeviceCeilings& ceilings);
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The file that a measurement adds rows to: --out.
+// Check of --out, the file that a measurement adds rows to.
 #pragma once
 
 #include <gsc/file/output_paths.h>
@@ -9,8 +9,8 @@
 
 namespace gsc {
 
-// --out, before any work. Throws Error: Usage (it falls on one of `inputs`, or standard output is asked to take two
-// documents), Io.
+// Checks --out before any work. Throws Error: Usage if it is one of `inputs`, or if two documents would go to standard
+// output; Io.
 void checkRowOutput(const std::string& out, const std::vector<NamedPath>& inputs, bool json_summary);
 
 } // namespace gsc

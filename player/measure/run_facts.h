@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Configuration and results of a run as its row.
+// A row made from the settings and results of a run.
 #pragma once
 
 #include "player/measure/runner.h"
@@ -13,31 +13,32 @@
 
 namespace gsc {
 
-// Options and facts that all runs of a command share.
+// Options and facts shared by all runs of a command.
 struct RunContext {
-    ViewChoice view;              // as it was asked for
-    DeviceChoice devices;         // its limits; a run names its own backend
-    int appearance = -1;          // as it was asked for
+    ViewChoice view;              // as on the command line
+    DeviceChoice devices;         // limits of memory and threads; a run names its own backend
+    int appearance = -1;          // as on the command line
     std::string label, reference; // the backend of the exact images
     FileFacts file;
     uint64_t file_hash = 0;
     uint32_t warmup = 0;
     uint64_t measured =
-        0; // frames, going round the path behind the warm-up; 0 = the path once, its first are the warm-up
+        0; // frames, round the path after the warm-up; 0 = the path once, whose first frames are the warm-up
     uint32_t in_flight = 1;
     ScoreOptions score;
 };
 
-// Key of a run: all by which it differs from others, in the words of schemas/run.schema.json.
+// Key of a run: the settings in which the runs of a sweep differ, in the words of schemas/run.schema.json.
 OrderedJson runKeyJson(const RunConfig& run);
 
-// Its id tells runs apart: all that changes a result, with the model's content and every pose. Where a matched budget is
-// not resolved it is another.
+// Settings of a run. Their id is a hash of everything that changes a result, with the model's content and every pose. A
+// decode budget of "match" changes the id when its number is known.
 RowConfig rowConfig(const RunContext& context, const Path& path, const RunConfig& run);
 
-// Hash that the shards of one sweep share: of the tool, the label and `ids` of all runs, a matched budget not resolved.
+// Hash that the shards of one sweep share: tool, label and `ids` of all runs, before a budget of "match" has its number.
 uint64_t sweepHash(const RunContext& context, const std::vector<std::string>& ids);
 
+// Row of a run.
 RunRow runRow(const RunContext& context, const RowConfig& config, const std::string& backend, const RunResult& result);
 
 } // namespace gsc

@@ -14,7 +14,7 @@ namespace gsc {
 
 namespace {
 
-// "error 0.5 budget 2000": a run in a few words.
+// A run in a few words, such as "error 0.5 budget 2000".
 std::string shortName(const RowConfig& config)
 {
     const ReuseFacts& reuse = config.reuse;
@@ -70,7 +70,7 @@ std::string rooflineText(const RooflineFacts& roofline)
                          "measured ms", "floor in %", "bound by");
     for (const StageRoofline& stage : roofline.stages) {
         if (stage.floor_ms == 0 && stage.measured_ms == 0)
-            continue; // a part of another stage
+            continue; // counted within another stage
         text += formatString("  %-16s %10s %12s %12s %10s %11s %10.1f  %s\n", stage.name.c_str(),
                              formatMeasured((stage.bytes_read + stage.bytes_written) * 1e-6).c_str(),
                              formatMeasured(stage.lane_operations * 1e-9).c_str(),
@@ -101,7 +101,7 @@ std::string memoryText(const RunRow& row)
     return text + "\n";
 }
 
-// A line; empty where nothing was scored.
+// Accuracy as a line; empty if nothing was scored.
 std::string accuracyText(const RunRow& row)
 {
     if (!row.accuracy)

@@ -19,8 +19,8 @@ size_t valuesOf(const Shot& shot)
     return size_t(shot.camera.width) * shot.camera.height * 3;
 }
 
-// Frames that are timed one after another before they are scored: scoring between two frames leaves the processor's
-// caches full of pictures, which costs the next one some per cent.
+// Number of frames that are timed before they are scored. Scoring after each frame would fill the processor's caches with
+// pictures, and slow the next frame by some per cent.
 size_t blockSize(const Path& path)
 {
     constexpr uint64_t kBlockBytes = uint64_t(128) << 20;
@@ -80,7 +80,7 @@ std::shared_ptr<PictureMemory> memoryToKeep(uint64_t bytes, const DeviceId& scor
 
 namespace {
 
-// A run that is being measured.
+// One run, measured and scored.
 class Run {
 public:
     Run(const Scene& scene, const Path& path, const FrameOptions& frame, Renderer& renderer, ExactImages& exact,
@@ -114,7 +114,7 @@ private:
             [&run](size_t, LoopFrame&, const TimedFrame& timed) { run.frames.push_back(timed); });
     }
 
-    // A block of frames at a time; each is drawn into the same memory, as a player has it.
+    // Times a block of frames, then scores it. All frames are drawn into one picture, as in a player, and copied to be scored.
     void timeAndScore(RunResult& run)
     {
         const size_t frames = m_path.shots.size(), block = blockSize(m_path);
@@ -138,7 +138,7 @@ private:
         }
     }
 
-    // Frames between those that are scored are drawn where the scored ones depend on them.
+    // Draws the scored frames again and scores them; draws the frames between them only if scored frames depend on them.
     void drawAndScore()
     {
         const bool all = dependsOnPath(m_frame);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renders a path once, from a cold start, and says what its frames cost and how far they are from exact.
+// Draws a path once, from a cold start, and measures time and accuracy of its frames.
 #pragma once
 
 #include "player/measure/exact_images.h"
@@ -11,45 +11,46 @@
 
 namespace gsc {
 
-// Throws Error(Usage) where no frame of the path would be scored. `what` is the option or the key of a file.
+// Throws Error(Usage) if no frame of the path would be scored. `what` names the option, or the file and its key.
 void checkScored(const ScoreOptions& score, const Path& path, const std::string& what);
 
-using FrameDone = std::function<void(uint64_t done)>; // frames, from 1
+// Called after each frame, with the number of frames so far.
+using FrameDone = std::function<void(uint64_t done)>;
 
+// Times of all frames, and accuracy of the scored ones.
 struct RunResult {
     std::vector<TimedFrame> frames;
     Accuracy accuracy;
-    Tier tier = Tier::Exact; // that ran
-    DeviceFacts device;      // asked for after the last timed frame
+    Tier tier = Tier::Exact; // tier that the backend drew
+    DeviceFacts device;      // read after the last timed frame
 };
 
-// Does a frame depend on those before it?
+// True if a frame depends on the frames before it.
 bool dependsOnPath(const FrameOptions& frame);
 
-// Where pictures of a renderer are scored, and the memory that it draws them into for that.
+// Scorer of a renderer's pictures, and the memory that the renderer draws them into for it.
 struct ScorePlace {
     std::unique_ptr<PictureScorer> scorer;
     std::shared_ptr<PictureMemory> memory;
-    bool on_device = false; // of the scorer
+    bool on_device = false; // the scorer is on the renderer's device
 };
-// On the renderer's device where that is a GPU. Throws Error(Device).
+// Scores on the renderer's device if that is a GPU, else on the host. Throws Error(Device).
 ScorePlace scorePlace(const Renderer& renderer);
 
-// Memory that `drawing` draws pictures into for the device `scoring`, or (`on_host`) the host, to score: of that device where
-// it can.
+// Memory in which `drawing` draws pictures that the device `scoring`, or the host if `on_host`, scores: memory of that device
+// if `drawing` is on it, else of the host.
 std::shared_ptr<PictureMemory> memoryFor(const DeviceId& scoring, bool on_host, const Renderer& drawing);
 
-// As memoryFor(), for `bytes` of pictures that stay: of the device up to half of the memory free there (frames that
-// grow need some, and where memory is short they are drawn in more passes); else of the host, up to an eighth of the
-// memory that this process may use. Null where `bytes` are more.
+// Memory as from memoryFor(), for `bytes` of pictures that are kept. On the device at most half of its free memory is used:
+// frames may grow, and need more passes if memory is short. On the host it is at most an eighth of the memory that this
+// process may use. Null if `bytes` are more than either.
 std::shared_ptr<PictureMemory> memoryToKeep(uint64_t bytes, const DeviceId& scoring, bool on_host,
                                             const Renderer& drawing);
-bool mayKeepOnHost(uint64_t bytes);
+bool mayKeepOnHost(uint64_t bytes); // true up to an eighth of the memory that this process may use
 
-// Frames in order, after dropCaches(). Scoring is no part of the times. A renderer on the host is timed and
-// scored in one pass, because its images are on the host anyway, a block of frames at a time; any other is timed with
-// its images left on the device and renders the path again for the scores. Throws Error (Interrupted, OutOfMemory,
-// Device).
+// Draws the frames in order, after dropCaches(); times leave out scoring. A renderer on the host draws a block of frames,
+// then scores them, because its images are on the host anyway. Any other renderer is timed with its images left on the
+// device, then draws the path again for the scores. Throws Error (Interrupted, OutOfMemory, Device).
 RunResult measureRun(const Scene& scene, const Path& path, const FrameOptions& frame, Renderer& renderer,
                      ExactImages& exact, const ScoreOptions& score, const FrameDone& done);
 

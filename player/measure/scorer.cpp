@@ -14,7 +14,7 @@ namespace gsc {
 
 namespace {
 
-// Adds the score of an image. A pixel that is no number makes it as bad as can be, `worst`.
+// Adds the score of an image. A score that is NaN, from a pixel that is not finite, counts as `worst`.
 template <typename Worse>
 void addScore(Accuracy::Sampled& sampled, std::vector<double>& scores, uint32_t eye, double score, Worse worse,
               double worst)
@@ -33,13 +33,13 @@ double meanOf(const std::vector<double>& values)
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// Not a number is as bad as can be.
+// The change; kWorstError if it is NaN.
 double worstIfBroken(double change)
 {
     return std::isnan(change) ? kWorstError : change;
 }
 
-// Adds a value of an image.
+// Adds the change of an image.
 void note(Accuracy::Changes& changes, std::vector<double>& values, uint64_t frame, double value)
 {
     value = worstIfBroken(value);

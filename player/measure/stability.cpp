@@ -28,11 +28,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Changes of the error image that nobody can see, root mean square: a tenth of the step of an 8-bit display. A path
-// whose median is less is judged as if it were this: else one that is exact most of the time would pass no bound.
+// Change of the error image that nobody can see, root mean square: a tenth of the step of an 8-bit display. It is the least
+// median that a path is judged by: with a median near 0 any change would exceed the bound.
 constexpr double kInvisible = 0.1 / 255;
 
-// The files that the command line names, folders opened.
+// Files of --trajectories, with the files of its folders.
 std::vector<std::string> cameraFiles(const StabilityOptions& options)
 {
     if (options.trajectories.empty())
@@ -59,7 +59,7 @@ std::vector<std::string> cameraFiles(const StabilityOptions& options)
     return files;
 }
 
-// A range that ends behind the last camera of every trajectory is a mistake.
+// Throws Error(Usage) if --frames ends behind the last camera of every trajectory.
 void checkFrames(const CameraChoice& from, const std::vector<Path>& paths)
 {
     size_t most = 0;
@@ -70,7 +70,7 @@ void checkFrames(const CameraChoice& from, const std::vector<Path>& paths)
                     formatString("at most %llu", static_cast<unsigned long long>(from.first + most)), "pass that");
 }
 
-// --out of a shard, before any work.
+// Checks --out of a shard, before any work. Throws Error.
 void checkStabilityOutput(const StabilityOptions& options, const std::vector<std::string>& files)
 {
     std::vector<NamedPath> inputs = {{options.play.model.file, "the model"}};
@@ -81,7 +81,7 @@ void checkStabilityOutput(const StabilityOptions& options, const std::vector<std
     checkAppend(options.out);
 }
 
-// A bound on changes needs two frames in a row.
+// Throws Error(Usage) if changes are bounded and no two frames in a row are scored.
 void checkChanges(const StabilityOptions& options, const Path& path)
 {
     const uint64_t frames = path.shots.size();
@@ -92,10 +92,11 @@ void checkChanges(const StabilityOptions& options, const Path& path)
             "two frames or more", "pass --bound-temporal 0 too");
 }
 
-// Hash of all that changes what the trajectories give: their ids, in which devices are one, and the bounds.
+// Hash of everything that changes a row: ids of the trajectories, bounds, mode and backends of the workers; not the number of
+// a device.
 uint64_t stabilityHash(const StabilityOptions& options, const std::vector<std::string>& ids)
 {
-    OrderedJson workers = OrderedJson::array(); // each keeps entries of its own
+    OrderedJson workers = OrderedJson::array(); // their number counts: each has a reuse cache of its own
     for (const DeviceId& device : workerDevices(options.play.devices))
         workers.push_back(device.backend);
     const OrderedJson said = {{"tool", toJson(thisTool())},
@@ -161,7 +162,7 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
     checkLevelOptions(*scene, play.model.file, play.frame);
     std::vector<Path> paths;
     std::vector<uint64_t> lengths;
-    // A row has the warnings of its trajectory alone, so that it is the same whichever shard wrote it.
+    // A row has only the warnings of its trajectory, so that every shard would write equal bytes.
     std::vector<std::vector<std::string>> warnings;
     size_t told = log.warnings().size();
     const auto takeWarnings = [&](std::vector<std::string>& row) {
@@ -197,7 +198,7 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
         rows->check(shardFacts(shard, paths.size(), context.file_hash, stabilityHash(options, ids)));
         rows->begin();
         if (!rows->cutOff().empty())
-            log.tell(rows->cutOff()); // no warning of a row: it says nothing of the pictures
+            log.tell(rows->cutOff()); // not a warning in a row: pictures do not depend on it
     }
 
     const std::vector<uint64_t> shards = blockShards(lengths, std::max<uint64_t>(1, shard.count));
@@ -209,11 +210,11 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
             total += lengths[i];
         }
     std::map<std::string, std::vector<std::string>>
-        without_path; // what detail warns of, told once for all such cameras
+        without_path; // warnings of detail, given once for all trajectories with one reason
     for (const size_t i : own) {
         const auto [found, is_new] = without_path.try_emplace(paths[i].no_path);
         if (is_new)
-            (void)choiceOn(paths[i].no_path, play.frame, log); // also of those that are done
+            (void)choiceOn(paths[i].no_path, play.frame, log); // also for trajectories that are done
         takeWarnings(found->second);
         warnings[i].insert(warnings[i].end(), found->second.begin(), found->second.end());
     }

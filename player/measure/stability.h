@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// gsc-play stability: does what is kept between frames hold on the paths that were made to break it?
+// gsc-play stability: tests pictures on paths that are hard for reuse, which keeps work from earlier frames.
 #pragma once
 
 #include "player/options/play_options.h"
@@ -13,21 +13,22 @@
 namespace gsc {
 
 struct StabilityOptions {
-    PlayOptions play;                      // what and how to render; its cameras are not used
+    PlayOptions play;                      // model and rendering; its cameras are not used
     std::vector<std::string> trajectories; // camera files, or folders of them
-    uint32_t warmup = 5;                   // frames that the spreads of time leave out
-    std::string reference;                 // backend that renders `exact`; empty = the measured one
-    double bound_psnr = 50;                // least of any frame, dB; 0 = no bound
-    double bound_temporal = 2;             // most of any frame, times the trajectory's median; 0 = no bound
-    double bound_p99 = 0;                  // p99 of the frame time, times its median; 0 = no bound
-    ScoreOptions score;                    // the frames that are judged by psnr; temporal needs all
-    std::string out;                       // of a shard: file that takes a row for each trajectory
+    uint32_t warmup = 5;                   // frames without a part in the statistics of time
+    std::string reference;                 // backend that draws the exact images; empty = the measured one
+    double bound_psnr = 50;                // least PSNR of a frame, dB; 0 = no bound
+    double bound_temporal = 2;             // most change of a frame, in medians of its trajectory; 0 = no bound
+    double bound_p99 = 0;                  // most p99 of the frame time, in medians; 0 = no bound
+    ScoreOptions score;                    // frames that bound_psnr judges; bound_temporal needs consecutive ones
+    std::string out;                       // only of a shard: file for a row of each trajectory
 };
 
+// Result of a test, or of a shard of it.
 struct StabilitySummary {
     std::string backend, reference;
-    std::vector<RunRow> rows;                // of each trajectory, with the part "stability"
-    uint64_t all_paths = 0, rows_before = 0; // of all shards, and those that this one had done before
+    std::vector<RunRow> rows;                // one for each trajectory, with the part "stability"
+    uint64_t all_paths = 0, rows_before = 0; // trajectories of all shards; rows that this shard had before
 
     [[nodiscard]] bool passed() const
     {
@@ -35,13 +36,13 @@ struct StabilitySummary {
     }
 };
 
-// The bounds that are set, against a run.
+// Verdict on a run for each bound that is set.
 std::vector<Verdict> judge(const StabilityOptions& options, const RunResult& run);
 
-// Throws Error.
+// Measures all trajectories, or those of a shard. Throws Error.
 StabilitySummary stability(const StabilityOptions& options, Reporter& log);
 
-// A table for a person.
+// Result as a table for a person.
 std::string stabilityText(const StabilityOptions& options, const StabilitySummary& summary);
 
 } // namespace gsc

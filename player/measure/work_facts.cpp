@@ -37,7 +37,7 @@ void finish(StageRoofline& stage, Bound bound)
     stage.bound = bound == Bound::None ? "" : boundName(bound);
 }
 
-// Stages, then the frame. Medians over the frames, each by itself.
+// Rooflines of the stages, then of the frame; every number is a median of its own over the frames.
 RooflineFacts rooflineFacts(const WorkContext& context, TimedFrames frames)
 {
     RooflineFacts facts{context.ceilings, {}};
@@ -61,7 +61,7 @@ RooflineFacts rooflineFacts(const WorkContext& context, TimedFrames frames)
         }
         row.measured_ms = median([&](const TimedFrame& frame) {
             const StageTimes& times = frame.result.times;
-            // where projecting is a stage of its own, its work is still decode's
+            // projecting may be timed as a stage of its own, but its work is counted with decode
             return times.*(stage.time) + (stage.time == &StageTimes::decode ? times.project : 0);
         });
         const StageFloor floor = floorOf(work, context.ceilings);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts of frames and the least work that they must do, as the part "work" of a row.
+// The part "work" of a row: counts of frames, and the least work that they must do.
 #pragma once
 
 #include "player/measure/roofline.h"
@@ -12,15 +12,16 @@
 
 namespace gsc {
 
+// Facts beside the frames that the part needs.
 struct WorkContext {
     FrameChoice frame; // as the frames were drawn
     uint32_t eyes = 1;
-    uint64_t warm_bytes = 0; // most that was resident in the warm-up; 0 = there was none
-    AnchorCost anchor_cost;  // of the model
+    uint64_t warm_bytes = 0; // most bytes that were resident in the warm-up; 0 = no warm-up
+    AnchorCost anchor_cost;  // cost of the model's anchors
     DeviceCeilings ceilings; // may be unknown
 };
 
-// Precondition: at least one frame.
+// Counts of the measured frames. Precondition: at least one frame.
 WorkFacts workFacts(const WorkContext& context, TimedFrames frames);
 
 } // namespace gsc

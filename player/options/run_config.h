@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run to measure: how its frames are drawn, and by which backend.
+// Settings of a run to measure: options of its frames, and the backend.
 #pragma once
 
 #include "player/options/frame_choice.h"
@@ -10,7 +10,7 @@ namespace gsc {
 
 struct RunConfig : FrameChoice {
     std::string backend = "auto";
-    bool match_budget = false; // the decode budget is what the run of depthRunOf() decodes
+    bool match_budget = false; // the decode budget is the mean of decodes of the run depthRunOf()
 };
 
 } // namespace gsc

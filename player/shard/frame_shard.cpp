@@ -12,7 +12,7 @@ namespace gsc {
 
 namespace {
 
-// All that changes the images, or what is said of a frame besides times and memory.
+// Hash of everything that changes the images, or a number of a row other than times and memory.
 uint64_t setHash(const PlayOptions& options, const std::vector<Shot>& shots, const std::string& backend, Tier tier)
 {
     OrderedJson frames = OrderedJson::array();
@@ -71,7 +71,7 @@ void FrameShard::plan(size_t frames, const std::vector<std::string>& paths, Repo
         if (isDone(i, paths))
             continue;
         if (m_rows && !m_rows->isNew() && !m_cut && m_rows->find(i) == nullptr)
-            m_cut = i; // frames are drawn in order
+            m_cut = i; // the first without a row, because frames are drawn in order
         m_frames.push_back(i);
     }
     if (m_rows && !m_rows->cutOff().empty())
@@ -80,7 +80,7 @@ void FrameShard::plan(size_t frames, const std::vector<std::string>& paths, Repo
 
 bool FrameShard::mayReplace(size_t frame) const
 {
-    const bool is_ours = m_rows && m_rows->find(frame) != nullptr; // one of its images went
+    const bool is_ours = m_rows && m_rows->find(frame) != nullptr; // drawn before, but an image is missing now
     return m_options.output.overwrite || m_cut == frame || is_ours;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The frames of a picture set that a shard draws, and those of them that it has drawn before it was stopped.
+// Frames of a shard of gsc-play render, without the frames that it had drawn before it was stopped.
 #pragma once
 
 #include "player/options/play_options.h"
@@ -12,24 +12,26 @@
 
 namespace gsc {
 
+// Frames to draw, and the rows of frames that are drawn.
 class FrameShard {
 public:
-    // Reads --stats. Throws Error as ShardRows. Without --shard every frame is drawn and nothing is kept.
+    // Reads --stats; throws as ShardRows. Without --shard it reads nothing: every frame is drawn.
     explicit FrameShard(const PlayOptions& options);
 
-    // `paths`: of the images of all frames, frame-major; none if they are not written.
+    // Chooses the frames to draw. `paths`: image files of all frames, the eyes of a frame side by side; empty if no images
+    // are written.
     void plan(size_t frames, const std::vector<std::string>& paths, Reporter& log);
 
     [[nodiscard]] const std::vector<size_t>& frames() const { return m_frames; } // to draw
-    [[nodiscard]] uint64_t own() const { return m_own; }                         // those and what is done
-    // May its images be there already? A run that was killed leaves those of one frame without a line.
+    [[nodiscard]] uint64_t own() const { return m_own; } // frames of the shard, drawn before or not
+    // True if existing images of a frame may be replaced. A run that was killed may leave images of one frame without a row.
     [[nodiscard]] bool mayReplace(size_t frame) const;
 
-    // Once it is known what draws. Throws Error(Usage) where --stats is of another set.
+    // To be called when the backend is known. Throws Error(Usage) if --stats has rows of other frames or options.
     void check(const std::vector<Shot>& shots, const std::string& backend, Tier tier);
-    // Behind check(), in a folder that is there: makes --stats. Throws Error(Io).
+    // Makes --stats, after check(), in a folder that exists. Throws Error(Io).
     void begin();
-    // Behind its images, so that a line stands for a whole frame.
+    // Adds the row of a frame, after its images are written, so that a row tells that the frame is whole.
     void add(size_t frame, const std::string& line);
 
 private:
@@ -39,7 +41,7 @@ private:
     std::optional<ShardRows> m_rows; // none without --shard
     std::vector<size_t> m_frames;
     uint64_t m_own = 0;
-    std::optional<size_t> m_cut; // the frame that a killed run was at
+    std::optional<size_t> m_cut; // frame that a killed run was drawing
 };
 
 } // namespace gsc

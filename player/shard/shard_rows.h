@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The file that a shard writes a line to for every task it has done, and goes on from when it is started again.
+// The file to which a shard adds a row for every task that is done; a shard that is started again continues there.
 #pragma once
 
 #include "runtime/records/shard_facts.h"
@@ -13,30 +13,30 @@
 
 namespace gsc {
 
-extern const RowKind kFrameRow;
+extern const RowKind kFrameRow; // rows of frames, in --stats
 
-// Facts that all rows of a shard's file share; `task` is 0.
+// Facts shared by all rows of a shard; `task` is 0. `model`, `set`: hashes, see ShardFacts.
 ShardFacts shardFacts(const Shard& shard, uint64_t tasks, uint64_t model, uint64_t set);
 
-// Throws Error(Usage) where a row is of another shard, plan, model or version of the program than `expected`.
+// Throws Error(Usage) if a row is of another shard, number of shards, model, run or version of the program than `expected`.
 void checkShardRow(const ShardFacts& row, const ShardFacts& expected, const std::string& path, const char* option);
 
+// Rows of a shard, by task.
 class ShardRows {
 public:
-    // Reads the file, before any work; what a killed run left half-written goes with the next row. Throws Error:
-    // InvalidFile for a line that is no row of a shard; Io;
-    // Usage for rows of another shard.
+    // Reads the file, before any work; the next row replaces a half-written last one. Throws Error: InvalidFile for a line
+    // that is no row of a shard; Io; Usage for rows of another shard.
     ShardRows(const std::string& path, const RowKind& kind, const Shard& shard);
 
-    [[nodiscard]] bool isNew() const { return m_is_new; } // there was no such file
+    [[nodiscard]] bool isNew() const { return m_is_new; } // true if there was no such file
     [[nodiscard]] const std::string& cutOff() const { return m_file.cutOff(); }
     [[nodiscard]] const OrderedJson* find(uint64_t task) const;
 
-    // Takes the facts of the shard. Throws Error(Usage) where the rows are not of it.
+    // Sets the facts for new rows. Throws Error(Usage) if the rows of the file are of another shard.
     void check(const ShardFacts& facts);
-    // Behind check(): makes the file, so that a run that is killed before its first row is known as begun. Throws Error(Io).
+    // Makes the file, after check(), so that it shows that the shard has begun, even without a row. Throws Error(Io).
     void begin();
-    // Throws Error(Io), also where another program writes there too.
+    // Adds the row of a task. Throws Error(Io), also if another program writes to the file.
     void add(uint64_t task, std::string_view line);
 
 private:

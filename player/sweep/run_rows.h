@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The file that a sweep writes: rows of schemas/run.schema.json, one per line, and what a killed run left of it.
+// The file that a sweep adds rows to (schemas/run.schema.json), one per line, possibly with a half-written last one.
 #pragma once
 
 #include "runtime/records/row_file.h"
@@ -12,7 +12,7 @@
 
 namespace gsc {
 
-// Rows that a file already has, by config.id. Throws as RowFile.
+// Rows of a file, by config.id. Functions throw as those of RowFile.
 class RunRows {
 public:
     explicit RunRows(const std::string& path);
@@ -21,7 +21,10 @@ public:
     [[nodiscard]] const RunRow* find(const std::string& id) const;
     [[nodiscard]] const std::map<std::string, RunRow>& all() const { return m_rows; }
 
-    [[nodiscard]] bool hasTask(uint64_t task) const { return m_tasks.contains(task); } // is there a shard's row of it?
+    [[nodiscard]] bool hasTask(uint64_t task) const
+    {
+        return m_tasks.contains(task);
+    } // true if a shard wrote a row of it
 
     void append(const RunRow& row);
 

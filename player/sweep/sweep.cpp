@@ -60,17 +60,17 @@ void checkOut(const BenchOptions& options, const SweepConfig& config, bool json_
     checkRowOutput(options.out, inputs, json_summary);
 }
 
-// Anchors that a run decoded per frame and eye, rounded, at least one.
+// Mean of the anchors that a run decoded per frame and eye, rounded, at least one.
 uint64_t meanDecodes(const RunRow& row)
 {
-    // without the first frame, in which every policy decodes everything, whatever its budget
+    // without the first frame, in which every policy decodes everything, even with a budget
     const size_t first = row.decoded.size() > 1 ? 1 : 0;
     const double sum = std::accumulate(row.decoded.begin() + ptrdiff_t(first), row.decoded.end(), 0.0);
     const double mean = sum / double(row.decoded.size() - first) / row.config.eyes;
     return uint64_t(std::clamp(std::round(mean), 1.0, 1e15));
 }
 
-// The run as it is drawn: on cameras that are no path the one without detail.
+// The run on a path; without detail if the cameras are no path.
 RunConfig runOnPath(RunConfig run, const Path& path)
 {
     run.on_path = path.no_path.empty();
@@ -78,6 +78,7 @@ RunConfig runOnPath(RunConfig run, const Path& path)
     return run;
 }
 
+// All runs of a sweep, or those of a shard.
 class Sweep {
 public:
     Sweep(const BenchOptions& options, const SweepConfig& config, Reporter& log)
@@ -118,7 +119,7 @@ public:
         std::set<std::string> backends;
         for (const RunConfig& run : m_runs)
             if (backends.insert(run.backend).second)
-                checkUsable({run.backend, 0}); // before anything is drawn: renderers are opened when they are needed
+                checkUsable({run.backend, 0}); // now, because renderers are opened only when they are needed
         for (RunConfig& run : m_runs)
             run.backend = m_measurer->nameOf(run.backend);
         plan(options);
@@ -148,7 +149,7 @@ public:
                                     formatCount(m_runs_done, "run").c_str()));
     }
 
-    // Says how many runs Ctrl-C left done.
+    // Throws Error(Interrupted) with the number of runs that are done.
     [[noreturn]] void throwInterrupted(const std::string& out) const
     {
         const bool is_kept = !out.empty() && !isStandardOutput(out);
@@ -162,10 +163,10 @@ private:
     struct Task {
         const Path* path;
         const RunConfig* run;
-        uint64_t number; // from 0, of all shards together
+        uint64_t number; // from 0, counted over all shards
     };
 
-    // The tasks, each once: trajectories may be listed twice, and backends fall together once they have their own names.
+    // Sets the tasks, each once: trajectories may be listed twice, and two names of --backend may be one backend.
     void plan(const BenchOptions& options)
     {
         const Shard& shard = options.play.shard;
@@ -203,7 +204,7 @@ private:
         }
     }
 
-    // Once for each path that this shard draws.
+    // Warns about detail, once for each path that this shard draws.
     void warnOfDetail()
     {
         std::set<const Path*> told;
@@ -222,7 +223,7 @@ private:
         if (run.match_budget) {
             const RunConfig depth = depthRunOf(m_config, run);
             const RunRow* row = known(rowConfig(m_context, path, depth), depth.backend);
-            if (!row) // expandRuns() put it first, so it was left out
+            if (!row) // expandRuns() puts it first, so the backend could not draw it
                 throw Error(ErrorCode::Unsupported, "sweep",
                             "the run that a decode budget of \"match\" is taken from was left out", "it to be drawn",
                             "state a number, or a backend and tier that draw with policy depth");
@@ -251,7 +252,8 @@ private:
         return row;
     }
 
-    // The row of a run that this program made on this device. A shard may go on on another: each task has one row.
+    // Row in the file that this program made of a run, on this device; null if there is none. A shard takes rows of any device,
+    // because each task has one row.
     const RunRow* known(const RowConfig& config, const std::string& backend)
     {
         const RunRow* row = m_rows.find(config.id);
@@ -262,14 +264,14 @@ private:
 
     const SweepConfig& m_config;
     Reporter& m_log;
-    RunRows m_rows; // before the model: a file of something else is refused before any work
+    RunRows m_rows; // opened before the model: a file that has other content is refused before any work
     std::shared_ptr<const Scene> m_scene;
     RunContext m_context;
     std::vector<Path> m_paths;
     std::unique_ptr<Measurer> m_measurer;
     std::vector<RunConfig> m_runs;
-    std::vector<Task> m_tasks;         // of this shard
-    std::optional<ShardFacts> m_shard; // of its rows; none = the sweep is not split
+    std::vector<Task> m_tasks;         // tasks of this shard
+    std::optional<ShardFacts> m_shard; // facts for its rows; none = the sweep is not split
     std::string m_given_shard;
     uint64_t m_total = 0, m_frames_done = 0; // frames
     size_t m_runs_done = 0, m_found = 0;

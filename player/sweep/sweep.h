@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// gsc-play bench --sweep: the same poses with every combination asked for, a row for each run.
+// gsc-play bench --sweep: draws all trajectories with every combination of settings, a row for each run.
 #pragma once
 
 #include "player/measure/bench.h"
@@ -9,8 +9,8 @@
 
 namespace gsc {
 
-// Appends a row (schemas/run.schema.json) to options.out, if any, as soon as a run is done; a run whose row is there
-// already is not done again. `show` gets every row in order, those too. Throws Error.
+// Does the runs. Adds a row (schemas/run.schema.json) to options.out, if any, as soon as a run is done; a run with a row in
+// that file is not done again. `show` is called with every row in order, old ones too. Throws Error.
 void sweep(const BenchOptions& options, Reporter& log, const std::function<void(const RunRow&)>& show);
 
 } // namespace gsc

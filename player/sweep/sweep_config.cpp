@@ -13,11 +13,11 @@ namespace gsc {
 
 namespace {
 
-constexpr double kMaxCount = 1e15; // of anchors and bytes
+constexpr double kMaxCount = 1e15; // most anchors, and most bytes
 constexpr uint32_t kMaxFrames = 1000000;
-constexpr size_t kMaxRuns = 100000; // of the axes, per trajectory, before equal ones fall together
+constexpr size_t kMaxRuns = 100000; // most combinations of the axes, per trajectory, equal ones counted too
 
-// A value of a run by itself or one in the list of an axis; `where` names the key, with its index in a list.
+// Value of a setting, from a listed run or from an axis; `where` names the key, with the index in the list of an axis.
 class Value {
 public:
     Value(const JsonObject& object, std::string where, const ParsedJson& value)
@@ -45,7 +45,7 @@ public:
             fail(formatString("an integer from %.0f to %.0f%s", smallest, largest, also));
         return uint64_t(value);
     }
-    // Null is 0.
+    // A count, 0 for null.
     [[nodiscard]] uint64_t countOrNull(const char* also) const
     {
         return m_value.is_null() ? 0 : count(1, kMaxCount, also);
@@ -68,7 +68,7 @@ private:
     const ParsedJson& m_value;
 };
 
-// Something that runs differ in, and how a run takes a value of it.
+// A key of a sweep's file, and the function that sets its value in a run.
 struct RunSetting {
     const char* key;
     std::function<void(RunConfig& run, const Value& value)> take;
@@ -98,7 +98,7 @@ Settings settingsFor(const std::vector<std::string>& backends)
              run.reuse.cache_bytes = v.countOrNull(" bytes, or null for a quarter of the machine's");
          }},
         {"tier", [](RunConfig& run, const Value& v) { static_cast<TierChoice&>(run) = v.word(tierChoices()); }},
-        {"detail", // behind the tier, whose detail it takes the place of
+        {"detail", // after the tier, because it replaces the detail of tier turbo
          [](RunConfig& run, const Value& v) {
              run.detail = v.number(0, double(kMostDetail), "pixels; 0 = everything is drawn by itself");
          }},
@@ -126,12 +126,11 @@ void checkKeys(const JsonObject& object, const Settings& settings)
     object.checkKeys(keys);
 }
 
-// Every combination of the values that the axes list. Throws Error(InvalidFile) where they are more than any sweep that
-// ends has.
+// Every combination of the values of the axes. Throws Error(InvalidFile) if they are more than kMaxRuns.
 std::vector<RunConfig> productOf(const JsonObject& axes, Settings settings, const RunConfig& base)
 {
     checkKeys(axes, settings);
-    // what reuse does varies fastest
+    // settings of reuse vary fastest
     std::rotate(settings.begin(), std::ranges::find(settings, std::string_view("tier"), &RunSetting::key),
                 settings.end());
     std::vector<RunConfig> product = {base};

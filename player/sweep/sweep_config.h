@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The file of --sweep (schemas/sweep.schema.json) and the runs it asks for.
+// The file of --sweep (schemas/sweep.schema.json) and its runs.
 #pragma once
 
 #include "runtime/records/score_options.h"
@@ -12,33 +12,35 @@
 
 namespace gsc {
 
+// Content of the file.
 struct SweepConfig {
-    std::vector<std::string> trajectories; // as the file lists them; "stored" = the cameras in the model
-    uint32_t width = 0, height = 0;        // 0 = the command line's
-    double fov_degrees = 0;                // horizontal, 0 = the command line's
-    int eyes = 0;                          // 0 = the command line's
-    uint64_t frames = 0;                   // first so many of each trajectory, 0 = all
-    uint32_t warmup = 5;                   // frames that the spreads of time leave out
+    std::vector<std::string> trajectories; // files of cameras; "stored" = the cameras in the model
+    uint32_t width = 0, height = 0;        // pixels; 0 = as on the command line
+    double fov_degrees = 0;                // horizontal; 0 = as on the command line
+    int eyes = 0;                          // 0 = as on the command line
+    uint64_t frames = 0;                   // frames from the start of each trajectory; 0 = all
+    uint32_t warmup = 5;                   // frames without a part in the statistics of time
     ScoreOptions score;
-    std::vector<RunConfig> runs; // the product of the axes, then the listed ones; some may be equal
-    ReuseOptions matched;        // has the depth and the guidance of the run that a "match" budget is taken from
+    std::vector<RunConfig> runs; // all combinations of the axes, then the listed runs; some may be equal
+    ReuseOptions matched;        // depth and guidance of the run whose decodes a budget of "match" is
 };
 
-// `base` gives what the file leaves out; `backends` are the names it may use. Throws Error(InvalidFile) naming the key
-// and what was expected there.
+// Content of a file. `base` has the values of keys that are not in the file; `backends` are the names allowed in it. Throws
+// Error(InvalidFile) that names the key and the right values.
 SweepConfig parseSweepConfig(std::string_view json, const std::string& file, const RunConfig& base,
                              const std::vector<std::string>& backends);
-// The runs, less what keeps what each eye decoded while both are decoded at once, collapsed, each once, by backend; a
-// run whose budget is that of another one comes after it, and that one is there even if nothing else asks for it.
+// Runs to do, each once, ordered by backend. Settings without an effect are set to their defaults; combinations that no
+// backend draws, such as stereo merged with policy error, are left out. A run with a budget of "match" comes after its
+// depthRunOf(), which is added if the file does not list it.
 std::vector<RunConfig> expandRuns(const SweepConfig& config);
 
-// The run whose decodes a "match" budget takes: reuse by depth with the first depth and guidance of the axes, no
-// budget, and otherwise the same.
+// Run whose decodes are the budget of a run with "match": reuse by depth with the first depth and guidance of the axes,
+// without a budget, and with all other settings of `run`.
 RunConfig depthRunOf(const SweepConfig& config, const RunConfig& run);
 
-// The shard of each task, from 0. `frames` has those of the tasks, all runs of a path side by side, 0 for one that is not
-// done. Shards are blocks of about as many frames, so that most paths have their exact images rendered by one only. A run
-// whose budget is that of another one goes with it.
+// Shard of each task, from 0. `frames`: frames of each task, the runs of a path side by side; 0 for a task that is not done.
+// Shards are blocks of about equal frames, so that the exact images of most paths are drawn by one shard only. A run with a
+// budget of "match" is in the shard of its depthRunOf().
 std::vector<uint64_t> sweepShards(const SweepConfig& config, const std::vector<RunConfig>& runs,
                                   const std::vector<uint64_t>& frames, uint64_t count);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From what a sweep asks for to the runs it takes.
+// Makes the list of runs to do from the combinations of a sweep's file.
 #include <gsc/error.h>
 #include "player/measure/run_facts.h"
 #include "player/options/shard.h"
@@ -15,7 +15,7 @@ namespace gsc {
 
 namespace {
 
-// Sets what the policy or the tier does not look at to its default, so that equal runs are equal.
+// Sets every setting without an effect under the policy or the tier to its default, so that runs of one effect are equal.
 RunConfig collapsed(RunConfig run)
 {
     const ReuseOptions defaults;
@@ -34,12 +34,12 @@ RunConfig collapsed(RunConfig run)
         run.match_budget = false;
     }
     run.detail = run.detailPixels();
-    if (run.tier == Tier::Exact) // leaves nothing out
+    if (run.tier == Tier::Exact) // it ignores foveation
         run.foveation = FoveationMode::None;
     return run;
 }
 
-// Collects runs, each once, in the order they come.
+// Collects runs, each once, in the order that they come.
 class RunList {
 public:
     void add(const RunConfig& run)
@@ -104,7 +104,7 @@ std::vector<uint64_t> sweepShards(const SweepConfig& config, const std::vector<R
     std::map<std::string, size_t> places;
     for (size_t i = 0; i < runs.size(); ++i)
         places.try_emplace(runKeyJson(runs[i]).dump(), i);
-    std::vector<size_t> leaders; // the run that each goes with
+    std::vector<size_t> leaders; // for each run the run whose shard it shares
     for (size_t i = 0; i < runs.size(); ++i)
         leaders.push_back(runs[i].match_budget ? places.at(runKeyJson(depthRunOf(config, runs[i])).dump()) : i);
     const auto leaderOf = [&](size_t task) { return task - task % runs.size() + leaders[task % runs.size()]; };

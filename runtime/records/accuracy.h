@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far the images of a run are from the exact ones of the same poses, over all of its frames.
+// Distance of a run's images from the exact images of its poses, over all frames.
 #pragma once
 
 #include "runtime/records/score_options.h"
@@ -11,7 +11,7 @@
 
 namespace gsc {
 
-// Values that stand for an image with a pixel that is not finite, for which JSON has no word.
+// PSNR (dB) and error of an image with a pixel that is not finite: JSON has no number for NaN or infinity.
 constexpr double kBrokenPsnr = -999, kWorstError = 1e30;
 
 inline double boundedPsnr(double psnr)
@@ -19,50 +19,50 @@ inline double boundedPsnr(double psnr)
     return psnr > kBrokenPsnr ? psnr : kBrokenPsnr;
 }
 
-// How far pictures with foveation are from exact where an eye looks, and around that. PSNR is +inf where all pixels are equal.
+// Accuracy of pictures with foveation: inside the fovea, which is where an eye looks, and outside it. PSNR in dB; +inf: equal.
 struct FoveaAccuracy {
     struct Part {
-        double share = 0; // of all pixels; 0 = the others mean nothing
+        double share = 0; // part of all pixels; 0 = the other fields mean nothing
         double psnr_pooled = 0, psnr_min = 0;
         uint64_t psnr_min_frame = 0;
         double flip = -1; // mean over pixels; -1 = not scored
     } inside, outside;
 };
 
-// One line.
+// Accuracy of both parts as one line for a person.
 std::string foveaText(const FoveaAccuracy& accuracy);
 
-// Every eye of every scored frame is an image. PSNR is +inf for equal images.
+// Accuracy of a run: each eye of each scored frame is one image. PSNR in dB, +inf for equal images; errors in 0..1.
 struct Accuracy {
     uint64_t images = 0;
     ScoredFrames scored;
     double psnr_pooled = 0, psnr_p1 = 0, psnr_min = 0; // p1: first percentile by nearest rank
     uint64_t psnr_min_frame = 0;
-    double max_error = 0;
-    uint64_t over_1_255 = 0; // pixels, of all images
+    double max_error = 0;    // largest error of a channel of a pixel
+    uint64_t over_1_255 = 0; // pixels with an error above 1/255, over all images
 
     struct Sampled {
         double mean = 0, worst = 0; // worst: least SSIM, most FLIP
-        uint64_t frames = 0;        // scored; 0 = the others mean nothing
+        uint64_t frames = 0;        // scored frames; 0 = the other fields mean nothing
     } ssim, flip;
 
     struct Changes {
-        uint64_t images = 0; // that have what they are compared with; 0 = the others mean nothing
+        uint64_t images = 0; // images with another frame to compare with; 0 = the other fields mean nothing
         double rms = 0, p50 = 0, p90 = 0, p99 = 0, max = 0;
         uint64_t max_frame = 0;
     };
-    // rms over pixels and channels of the change of the error image since the frame before: what flickers or pops in
-    // the run and does not in the exact path.
+    // Flicker that the exact path does not have: change of the error image since the frame before, rms over pixels and
+    // channels.
     Changes temporal;
-    // Changes of the run's own pictures, without a reference. motion: rms of the change of the picture. pop: by how
-    // much the change of a square of 16 x 16 pixels is above its changes in the frame before and after, the largest of
-    // the image. A square that moves evenly has no pop; one in which something appears at once has.
-    // error_pop: the same of the error image, so of what changes at once in the run and not in the exact path.
+    // motion: rms change of the run's own picture, without a reference. pop: change of a square of 16 x 16 pixels beyond
+    // its changes in the frame before and in the frame after, the largest of the image; a square that moves evenly has
+    // none, a square in which something appears suddenly has one. error_pop: pop of the error image, without the sudden
+    // changes that the exact path has too.
     Changes motion, pop, error_pop;
 
     std::optional<FoveaAccuracy> fovea; // none without foveation
 
-    // Values of the worse eye, per scored frame; temporal is NaN where there is none.
+    // Values of the worse eye, per scored frame; temporal is NaN for a frame without a scored frame before it.
     std::vector<double> frame_psnr, frame_temporal;
 };
 

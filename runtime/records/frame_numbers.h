@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The numbers of frames that were drawn, as reports name them and sum them up.
+// Times and counts of drawn frames, with their names in reports, and their statistics.
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -46,37 +46,37 @@ inline constexpr struct {
     {"groups_made", &CoarseCounts::made},
 };
 
-constexpr size_t kTestedCounts = 2; // how many of them say what was tested
+constexpr size_t kTestedCounts = 2; // the first two of kEyeCounts count what was tested, not what was drawn
 
 struct TimedFrame {
-    double wall_ms = 0; // what the caller waited for it
+    double wall_ms = 0; // milliseconds that the caller waited for the frame
     FrameResult result;
-    double pixels = 0;               // of one eye
-    double lod_bias = 0, detail = 0; // FrameOptions' of this frame
+    double pixels = 0;               // pixels of one eye
+    double lod_bias = 0, detail = 0; // values of FrameOptions in this frame: levels, pixels
 };
 using TimedFrames = std::span<const TimedFrame>;
 
 Spread spreadOf(TimedFrames frames, const std::function<double(const TimedFrame&)>& value);
 uint64_t sumOf(TimedFrames frames, uint64_t FrameResult::*field);
 uint64_t mostOf(TimedFrames frames, uint64_t FrameResult::*field);
-uint64_t ofEyes(const TimedFrame& frame, uint64_t EyeCounts::*field); // their sum
+uint64_t ofEyes(const TimedFrame& frame, uint64_t EyeCounts::*field); // sum over the eyes
 Spread groupsPerFrame(TimedFrames frames, uint64_t CoarseCounts::*field);
 Spread countPerEye(TimedFrames frames, int eyes, uint64_t EyeCounts::*field);
 
-// Milliseconds of frames.
+// Milliseconds of frames: as the caller waited, on the device, and in each stage.
 struct FrameTimes {
     Spread wall, device;
-    std::array<Spread, std::size(kStages)> stages; // as kStages has them
+    std::array<Spread, std::size(kStages)> stages; // in the order of kStages
 };
 FrameTimes timesOf(TimedFrames frames);
 
-// Those after the first `warmup`, or the last one where there are no more.
+// The frames after the first `warmup`; if there are none, the last frame alone.
 TimedFrames timedFrames(TimedFrames frames, uint32_t warmup);
 
 // Counts of reuse in a run, over all frames: a cold start is part of its cost.
 struct ReuseCounts {
     Spread decoded, reused; // anchors per frame, all eyes
-    double hit_rate = 0;    // of the visible anchors
+    double hit_rate = 0;    // part of the visible anchors that was reused, 0..1
     uint64_t overdue = 0, evictions = 0, cache_bytes = 0;
 };
 ReuseCounts reuseCounts(TimedFrames frames);

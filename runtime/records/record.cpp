@@ -21,9 +21,9 @@ const FieldKind kCount = {[](const OrderedJson& v) { return v.is_number_unsigned
 namespace {
 
 constexpr size_t kMostRowDepth = 16; // reports reach 6
-constexpr size_t kMostRowKeys = 100; // of one object; rows of a sweep have 25
+constexpr size_t kMostRowKeys = 100; // keys of one object; rows of a sweep have 25
 
-// Looks at a text without keeping anything of it.
+// Checks the limits of a text of JSON while it is parsed, without building it.
 class RowLimits : public nlohmann::json_sax<OrderedJson> {
 public:
     [[nodiscard]] ParsedRow::State state() const { return m_state; }
@@ -74,10 +74,10 @@ private:
 
     ParsedRow::State m_state = ParsedRow::State::Whole;
     size_t m_depth = 0;
-    std::array<size_t, kMostRowDepth> m_keys{}; // of the objects around
+    std::array<size_t, kMostRowDepth> m_keys{}; // keys so far of each enclosing object
 };
 
-// "per_frame.psnr[3]"
+// Path of a value in a message, such as "per_frame.psnr[3]".
 std::string dotted(OrderedJson::json_pointer at)
 {
     if (at.empty())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows and reports: their JSON, with limits, and its fields, described once: the same lines write them and read them
-// back, checked.
+// Rows and reports as JSON: a parser with limits, and Record, with which one describe() both writes the fields of a struct
+// and reads them back, checked.
 #pragma once
 
 #include "runtime/cli/json.h"
@@ -13,17 +13,17 @@
 
 namespace gsc {
 
-// The JSON of a row or a report that anyone may have written. A text that nests too deep or has an object of too many
-// keys is refused before it is taken: to walk it could overflow the stack, and objects look through all keys for each.
+// JSON of a row or a report from a hostile source. A text that nests too deep or has an object of too many keys is refused
+// before it is built: to walk it could overflow the stack, and an object compares a key with all others.
 struct ParsedRow {
     enum class State { Whole, NoJson, BeyondLimits };
     State state = State::Whole;
-    OrderedJson json;  // of one that is whole, else null
-    std::string fault; // of one that is not, such as "nests deeper than 16 levels"
+    OrderedJson json;  // null unless the text is whole
+    std::string fault; // reason if it is not whole, such as "nests deeper than 16 levels"
 };
 ParsedRow parseRow(std::string_view text);
 
-// Condition that a value must meet, and how a message says so.
+// Condition that a value must meet, and the words for it in a message.
 struct FieldKind {
     bool (*fits)(const OrderedJson& value);
     const char* expected;
@@ -31,18 +31,19 @@ struct FieldKind {
 
 extern const FieldKind kText, kName, kFlag, kNumber, kPositive, kCount; // kName: not empty; kPositive: 0 too
 
+// An object of JSON that is written or read, by one set of calls: a field is written from its value, or read into it.
 class Record {
 public:
-    explicit Record(OrderedJson& out) : m_out(&out) {}
-    // `where` names the object in messages, such as "runs.jsonl:12"; `form` is what it should be. Reading throws
-    // Error(InvalidFile).
+    explicit Record(OrderedJson& out) : m_out(&out) {} // writes
+    // Reads. `where` names the object in messages, such as "runs.jsonl:12"; `form` is the schema that it should have.
+    // Reading throws Error(InvalidFile).
     Record(const OrderedJson& in, std::string where, const char* form = "gsc.run/2")
         : m_in(&in), m_where(std::move(where)), m_form(form)
     {
     }
 
     [[nodiscard]] Record object(const char* key) const;
-    // A part that only some have: is it there? Where it writes, `is_there` says so.
+    // True if an optional part is there: as `is_there` says when writing, as the JSON has it when reading.
     [[nodiscard]] bool hasPart(const char* key, bool is_there) const
     {
         return m_out != nullptr ? is_there : m_in->contains(m_at / key);
@@ -53,7 +54,7 @@ public:
         if (hasPart(key, value.has_value()))
             describe(object(key), value ? *value : value.emplace());
     }
-    // One that may be null: is it there? Where it writes, `is_there` says so.
+    // True if an object that may be null is not: as `is_there` says when writing, as the JSON has it when reading.
     [[nodiscard]] bool hasObject(const char* key, bool is_there) const;
 
     template <typename T>
@@ -64,7 +65,7 @@ public:
         else
             take(key, value, kind);
     }
-    // `none` stands for null.
+    // A field that may be null; null is the value `none`.
     template <typename T>
     void fieldOrNull(const char* key, T& value, const FieldKind& kind, const T& none = T()) const
     {
@@ -89,13 +90,13 @@ public:
         const OrderedJson& list = read(key);
         check(key, list.is_array(), "an array");
         values.resize(list.size());
-        for (size_t i = 0; i < list.size(); ++i) // each a record of its own: its fields are found from there
+        for (size_t i = 0; i < list.size(); ++i) // each a record of its own: fields are looked up from its root
             describe(Record(list[i], m_where + ", " + key + "[" + std::to_string(i) + "]", m_form), values[i]);
     }
-    // Null is what is not finite, and read as `of_null`.
+    // An array of numbers. A number that is not finite is written as null; null is read as `of_null`.
     void series(const char* key, std::vector<double>& values, double of_null) const;
 
-    // Throws where it reads and the field is not `good`.
+    // Throws Error(InvalidFile) when reading, unless `good`.
     void check(const char* key, bool good, const std::string& expected) const;
 
 private:
@@ -107,7 +108,7 @@ private:
         const OrderedJson& found = checked(key, kind);
         value = found.get<T>();
         if constexpr (std::is_integral_v<T>)
-            check(key, found == value, kind.expected); // or it is beyond the type
+            check(key, found == value, kind.expected); // refuses a number beyond the range of T
     }
     [[nodiscard]] const OrderedJson& read(const char* key) const;
     [[nodiscard]] const OrderedJson& checked(const char* key, const FieldKind& kind) const;

@@ -21,8 +21,9 @@ Spread spreadOf(std::vector<double> values);
 // The q-quantile by nearest rank, q in (0, 1]. Precondition: at least one value, ascending.
 double nearestRank(const std::vector<double>& sorted, double q);
 
+// Program that wrote a report.
 struct ToolFacts {
-    std::string name, version, commit; // commit: empty where not known
+    std::string name, version, commit; // commit: empty if not known
 
     bool operator==(const ToolFacts&) const = default;
 };
@@ -33,16 +34,17 @@ struct FileFacts {
     uint64_t bytes = 0, anchors = 0;
 };
 
-struct ReuseFacts { // -1, empty and 0: the policy takes no such number, or none was given
+// Options of reuse. -1, an empty text and 0: the policy takes no such option, or none was given.
+struct ReuseFacts {
     std::string policy;
     int64_t max_depth = -1;
     std::string guidance;
-    double bound = -1;                            // 1/255 units
+    double bound = -1;                            // in units of 1/255
     uint64_t decode_budget = 0, cache_budget = 0; // anchors per frame and eye, bytes
 };
 ReuseFacts reuseFacts(const ReuseOptions& reuse);
 
-// Each written and read by the same lines.
+// Write or read the part, as `at` does.
 void describe(const Record& at, Spread& spread);
 void describe(const Record& at, ToolFacts& tool);
 void describe(const Record& at, FileFacts& file);
@@ -57,7 +59,7 @@ OrderedJson toJson(Facts facts)
     return json;
 }
 
-OrderedJson unknownIfZero(double value);                  // null for 0
+OrderedJson unknownIfZero(double value);                  // null if it is 0
 std::string decibels(double psnr, const char* unit = ""); // four digits; "identical" for +infinity
 
 } // namespace gsc

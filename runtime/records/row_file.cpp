@@ -31,7 +31,7 @@ namespace {
                 kind.expected, formatString("choose another %s", kind.option));
 }
 
-// Does `text` start as a row does, as far as both go?
+// True if `text` and the start of a row agree, over the length of the shorter.
 bool startsAsRow(std::string_view text, const RowKind& kind)
 {
     const size_t known = std::min(text.size(), kind.start.size());
@@ -48,7 +48,7 @@ std::string readAll(const std::string& path, const RowKind& kind)
     size_t count = 0;
     while (file && (count = std::fread(buffer, 1, sizeof(buffer), file.get())) > 0) {
         text.append(buffer, count);
-        if (!startsAsRow(text, kind)) { // a model may have many gigabytes
+        if (!startsAsRow(text, kind)) { // refused before the rest is read: a model may have many gigabytes
             refuseStandIn(text, path);
             failLine(path, 1, kind, text);
         }
@@ -91,12 +91,12 @@ void RowFile::read(const std::string& text, const std::function<bool(const Order
     const ParsedRow row = parseRow(rest);
     if (row.state == ParsedRow::State::BeyondLimits)
         failLine(m_path, line, *m_kind, rest, row.fault);
-    const bool needs_end = row.state == ParsedRow::State::Whole; // such as where an editor left the end out
-    // only what is the start of a row for certain is thrown away
+    const bool needs_end = row.state == ParsedRow::State::Whole; // an editor may leave out the last line end
+    // thrown away only if it is certainly the start of a row
     if (needs_end ? !rest.starts_with(m_kind->start) || !take(row.json) : !isCutLine(rest, m_kind->start))
         failLine(m_path, line, *m_kind, rest);
     if (needs_end)
-        m_whole = m_bytes + 1; // its end comes with the next row
+        m_whole = m_bytes + 1; // the next row writes the missing line end
     else
         m_cut_off = formatString("%s: line %zu is half-written, what a run that was killed left behind; it is cut off",
                                  m_path.c_str(), line);

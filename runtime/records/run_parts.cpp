@@ -134,7 +134,7 @@ void describe(const Record& at, CurveFacts& curve)
     at.field("most_pixels", curve.most_pixels, kCount);
     at.field("archive_bytes", curve.archive_bytes, kCount);
     at.field("worst_pose", curve.worst_pose, kText);
-    OrderedJson times = OrderedJson::object(); // one value: the path of a field "0" would make an array
+    OrderedJson times = OrderedJson::object(); // written as one value: a path with the field "0" would make an array
     for (size_t i = 0; i < std::size(kTimedDetails); ++i)
         times[std::to_string(kTimedDetails[i])] = curve.detail_ms[i];
     at.field("detail_ms", times, kDetailTimes);

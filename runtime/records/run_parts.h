@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts that only some rows of measurements have, each written and read by its describe().
+// Optional parts of a row of measurements, each written and read by its describe().
 #pragma once
 
 #include "runtime/records/frame_numbers.h"
@@ -15,21 +15,22 @@
 
 namespace gsc {
 
-// A stage of a frame against the least work that it must do, medians over the frames (player/measure/roofline.h).
+// A stage's measured time and its least possible time, medians over the frames (player/measure/roofline.h).
 struct StageRoofline {
-    std::string name; // of a stage, or "frame"
+    std::string name; // name of a stage, or "frame"
     double bytes_read = 0, bytes_written = 0, lane_operations = 0, exponentials = 0, matrix_flop = 0;
     double floor_ms = 0, measured_ms = 0;
-    double percent = 0; // of the ceiling that binds; 0 = not timed or no work
-    std::string bound;  // that ceiling; empty = none
+    double percent = 0; // 100 floor_ms / measured_ms; 0 = not timed or no work
+    std::string bound;  // ceiling of the device that sets floor_ms; empty = none
 };
 
+// Rooflines of all stages.
 struct RooflineFacts {
-    DeviceCeilings ceilings; // measured in this run, behind the frames
+    DeviceCeilings ceilings; // measured in this run, after its frames
     std::vector<StageRoofline> stages;
 };
 
-// Levels and detail that held a target for the frame time.
+// LOD bias and detail that a frame time target chose, over the frames.
 struct UsedRange {
     double mean = 0, min = 0, max = 0;
 };
@@ -37,44 +38,47 @@ struct TargetFacts {
     UsedRange lod_bias, detail; // levels, pixels
 };
 
-// Counts of what frames did. Repeats: frames drawn again because a buffer was too small.
+// Counts of the work of frames. Repeats: frames drawn again because a buffer was too small.
 struct WorkFacts {
     Spread ns_per_gaussian; // device time of a frame over its Gaussians on screen, all eyes
     std::array<Spread, std::size(kEyeCounts)> per_eye;
-    Spread cache_bytes, cache_evictions;                 // of decoded Gaussians, all eyes together
+    Spread cache_bytes, cache_evictions;                 // cache of decoded Gaussians, all eyes together
     std::array<Spread, std::size(kCoarseCounts)> coarse; // groups, each once for all eyes
-    double pixels_per_frame = 0;                         // all eyes
-    Spread passes;                                       // of depth
-    uint64_t frames_that_grew = 0;                       // that enlarged a buffer; none after enough warm-up
+    double pixels_per_frame = 0;                         // pixels of all eyes
+    Spread passes;                                       // ranges of depth that a frame was drawn in
+    uint64_t frames_that_grew = 0;                       // frames that enlarged a buffer; none after enough warm-up
     uint64_t frames_repeated = 0;
-    double repeat_ms = 0, most_repeat_ms = 0; // device time of the repeats: of all frames, of the worst
+    double repeat_ms = 0, most_repeat_ms = 0; // device time of all repeats, and of the repeats of the worst frame
     std::optional<TargetFacts> target;
-    std::optional<RooflineFacts> roofline; // none where the device's ceilings are not known
+    std::optional<RooflineFacts> roofline; // none if the device's ceilings are not known
 };
 
+// A bound on a run and the value measured against it.
 struct Verdict {
     std::string bound; // "psnr", "temporal" or "p99"
     double limit = 0, value = 0;
-    uint64_t frame = 0; // the worst, where there is one
+    uint64_t frame = 0; // the worst frame, if the value is of one frame
     bool passed = true;
 };
 
+// Outcome of gsc-play stability on a trajectory.
 struct StabilityFacts {
-    std::vector<Verdict> verdicts; // of the bounds that were set
+    std::vector<Verdict> verdicts; // one for each bound that was set
 
     [[nodiscard]] bool passed() const;
 };
 
-// A model baked to a target, or the model itself.
+// A point of a curve: a model baked to a target, or the model itself.
 struct CurveFacts {
     double target_psnr = -1;    // dB; -1: the model itself
-    uint64_t model_anchors = 0; // of the model itself
-    uint64_t most_pixels = 0;   // of a picture that judged
+    uint64_t model_anchors = 0; // anchors before baking
+    uint64_t most_pixels = 0;   // largest test picture
     uint64_t archive_bytes = 0;
     std::string worst_pose;
     std::array<double, std::size(kTimedDetails)> detail_ms{}; // medians, tier fast
 };
 
+// A worker of a service: what it did and how long.
 struct WorkerFacts {
     std::string device, name, state;
     uint64_t parts = 0;
@@ -83,14 +87,15 @@ struct WorkerFacts {
     std::string last_fault; // empty = none
 };
 
+// Several devices that shared the frames.
 struct ServiceFacts {
     std::string mode;
     uint64_t sharing = 0; // workers that draw
-    std::string cause;    // of that plan; empty = none
-    struct Wire {
+    std::string cause;    // reason of the plan; empty = none
+    struct Wire {         // bytes that crossed the network, and the pixels and depths among them
         uint64_t bytes = 0, picture_bytes = 0;
     };
-    std::optional<Wire> wire; // of workers on other machines
+    std::optional<Wire> wire; // only with workers on other machines
     std::vector<WorkerFacts> list;
 };
 

@@ -128,7 +128,7 @@ void describeScored(const Record& at, ScoredFrames& scored)
     at.check("every", scored.every >= 1, "a whole number of at least 1");
 }
 
-// Arrays of what was scored have a value for each scored camera.
+// Arrays of scores have a value for each scored frame.
 void describeFrames(const Record& frames, RunRow& row)
 {
     frames.series("wall_ms", row.wall_ms, 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of a run that are scored against the exact images.
+// Choice of a run's frames that are scored against the exact images.
 #pragma once
 
 #include <algorithm>
@@ -8,11 +8,11 @@
 
 namespace gsc {
 
-// Every `every`-th frame from `first` on, or those that `listed` names. Changes from frame to frame are known where all
-// frames in a row are scored.
+// Scored frames: every `every`-th frame from `first` on, or the frames in `listed`. Changes from frame to frame are known only
+// if consecutive frames are scored.
 struct ScoredFrames {
     uint64_t first = 0, every = 1;
-    std::vector<uint64_t> listed; // ascending; empty: `first` and `every` tell them
+    std::vector<uint64_t> listed; // ascending; empty: `first` and `every` apply
 
     bool operator==(const ScoredFrames&) const = default;
 
@@ -22,13 +22,13 @@ struct ScoredFrames {
         return listed.empty() ? frame >= first && (frame - first) % every == 0
                               : std::ranges::binary_search(listed, frame);
     }
-    [[nodiscard]] uint64_t scoredOf(uint64_t frames) const // how many of so many
+    [[nodiscard]] uint64_t scoredOf(uint64_t frames) const // number of scored frames among the first `frames`
     {
         if (!listed.empty())
             return uint64_t(std::ranges::lower_bound(listed, frames) - listed.begin());
         return frames > first ? (frames - first - 1) / every + 1 : 0;
     }
-    // Place of a scored frame among them, and back.
+    // Index of a scored frame among the scored frames, and the frame of such an index.
     [[nodiscard]] uint64_t placeOf(uint64_t frame) const
     {
         return listed.empty() ? (frame - first) / every
@@ -40,8 +40,9 @@ struct ScoredFrames {
     }
 };
 
+// Scored frames, and those among them that also get an SSIM and a FLIP.
 struct ScoreOptions : ScoredFrames {
-    uint32_t ssim_every = 0, flip_every = 0; // scored frames: 1 = each, 0 = none
+    uint32_t ssim_every = 0, flip_every = 0; // every so many scored frames; 0 = none
 };
 
 } // namespace gsc

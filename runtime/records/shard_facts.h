@@ -12,20 +12,20 @@
 namespace gsc {
 
 struct ShardFacts {
-    uint64_t index = 0, count = 0; // from 1 to count
-    uint64_t task = 0, tasks = 0;  // from 0, of all shards together
-    std::string model;             // the file's checksum
-    std::string set;               // hash of all that changes what the tasks give, and of this program's version
+    uint64_t index = 0, count = 0; // shard, from 1 to count
+    uint64_t task = 0, tasks = 0;  // task, from 0, and tasks of all shards together
+    std::string model;             // checksum of the model's file
+    std::string set;               // hash of everything that changes a task's result, with the program's version
 
     bool operator==(const ShardFacts&) const = default;
 };
 
-// Written and read by the same lines.
+// Writes or reads the facts, as `at` does.
 void describe(const Record& at, ShardFacts& facts);
 
-// A line that is an object, with the facts as its last field.
+// `line`, an object, with the facts added as its last field "shard".
 std::string withShard(std::string_view line, const ShardFacts& facts);
 
-std::string hashText(uint64_t hash); // as ids of runs are written
+std::string hashText(uint64_t hash); // hexadecimal, as in ids of runs
 
 } // namespace gsc

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The details that `gsc bake --curve` times a model with.
+// Values of --detail with which `gsc bake --curve` times a model.
 #pragma once
 
 namespace gsc {
 
-constexpr unsigned kTimedDetails[] = {0, 1, 2, 4}; // pixels, of --detail
+constexpr unsigned kTimedDetails[] = {0, 1, 2, 4}; // pixels
 
 } // namespace gsc

@@ -12,8 +12,8 @@ namespace gsc {
 
 namespace {
 
-// A GPU makes a part of the copies in each frame, none in one that has to free memory first, and some in every one where they
-// are too many for its memory.
+// Most frames until all coarse copies are made, and frames in a row without a new copy that tell it. A GPU makes part of the
+// copies in each frame, and none in a frame that has to free memory first; if copies exceed its memory it never stops.
 constexpr size_t kMostDrawsToMake = 16, kDrawsWithoutMakes = 2;
 
 double medianOf(std::vector<double>& values)
@@ -43,7 +43,7 @@ FrameOptions PictureProbe::optionsOf(const Camera& camera) const
 
 void PictureProbe::draw(size_t pose, std::vector<float>& pixels)
 {
-    // bands on the host only: a device has memory for all slots. At most half of a city is in sight
+    // bands on the host only: a device has memory for all slots. At most half of the slots of a city are visible
     const uint64_t slots = m_scene->anchorCount() * m_scene->view().params->n_offsets / 2;
     for (const ColumnRange& columns : pictureBands(m_shots[pose].camera.width, m_renderer->onHost() ? slots : 0))
         (void)drawColumns(pose, columns, pixels);
@@ -103,7 +103,7 @@ SetScore PictureProbe::score(const ModelView& model, size_t first, size_t count)
     return result;
 }
 
-// Adds the score of a pose, of `count`, to those before it.
+// Adds the score of one of `count` poses to `result`.
 void PictureProbe::add(size_t pose, const std::vector<float>& pixels, size_t count, SetScore& result) const
 {
     const Camera& camera = m_shots[pose].camera;

@@ -17,11 +17,13 @@
 
 namespace gsc {
 
+// PSNR of one pose, dB.
 struct PoseScore {
     std::string name;
     double psnr = 0; // +inf: equal
 };
 
+// PSNR of several poses, dB: of each, and over all their pixels.
 struct SetScore {
     std::vector<PoseScore> poses;
     double mse = 0; // mean over the poses
@@ -33,11 +35,11 @@ struct SetScore {
 
 // Score of a file's pictures against the whole model's, and the time and memory of drawing them.
 struct FileScore {
-    Accuracy accuracy; // of the pictures of all poses, in their order
+    Accuracy accuracy; // accuracy over the pictures of all poses, in their order
     std::string worst_pose;
     std::vector<TimedFrame> frames; // for each pose the shortest draw on the device
     uint64_t resident_bytes = 0;    // most memory of the renderer while drawing
-    DeviceFacts device;             // asked for after the last draw
+    DeviceFacts device;             // read after the last draw
     // Milliseconds of a frame in tier `fast` for each of kTimedDetails, as if a viewer stopped at every pose: the coarse
     // copies are made before the draws are timed.
     std::array<double, std::size(kTimedDetails)> detail_ms{};
@@ -45,7 +47,8 @@ struct FileScore {
 
 constexpr size_t kDrawsToMeasure = 4; // repeats of each pose: other work on the machine seldom disturbs all of them
 
-// Draws in tier `exact`, except frames that are timed with detail.
+// Draws a model and its changed versions from given poses, and compares their pictures: in tier `exact`, except frames that are
+// timed with detail. Every function throws Error as Renderer does.
 class PictureProbe {
 public:
     // `scene` is the whole model, which `renderer` has loaded. `told` is called after each picture, and after each pose that
@@ -57,7 +60,7 @@ public:
     [[nodiscard]] const Camera& pose(size_t index) const { return m_shots[index].camera; }
     // Draws the whole model from the poses [first, first + count), unless drawn already. score() and measure() call this.
     void drawWhole(size_t first, size_t count);
-    [[nodiscard]] size_t undrawn(size_t first, size_t count) const; // poses of these without a picture yet
+    [[nodiscard]] size_t undrawn(size_t first, size_t count) const; // number of these poses without a picture yet
     // Score of `model`, drawn from the poses [first, first + count), against the whole model.
     [[nodiscard]] SetScore score(const ModelView& model, size_t first, size_t count);
     // Score of a file as by score(), with times of its frames.

@@ -21,7 +21,7 @@ namespace {
 
 glm::dmat3 rotationOf(const Camera& camera)
 {
-    return transpose(glm::make_mat3(camera.rotation)); // from rows
+    return transpose(glm::make_mat3(camera.rotation)); // stored by rows
 }
 
 glm::dvec3 positionOf(const Camera& camera)
@@ -48,7 +48,7 @@ bool lookAlike(const Camera& a, const Camera& b, double usual_step)
     return cosineBetween(a, b) > std::cos(0.5236) && distance(a, b) <= 2 * usual_step;
 }
 
-// The camera with an even number whose view is most like that of camera `of`.
+// The camera with an even index whose view is most like the view of camera `of`.
 const Camera& nearestEven(const std::vector<Camera>& cameras, size_t of, double usual_step)
 {
     size_t best = 0;
