@@ -21,7 +21,7 @@ std::vector<FigureFile> drawFigures(const Json& model, const std::function<void(
 {
     const auto& rasteriser = loadModule<SvgPngFunctions>("gsc_figures_rsvg", kSvgPngThreads);
     ScriptEngine engine;
-    engine.run(stillScript(), "still.js"); // first: it has what ECharts expects of a browser
+    engine.run(stillScript(), "still.js"); // first: it defines the browser's functions that ECharts calls
     engine.run(echartsScript(), "ECharts");
     engine.run(partsScript(), "parts.js");
     engine.run(figuresScriptOf(kindOf(model)), "figures");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page's figures as files, drawn by the same scripts.
+// Figures of a page as files, drawn by the scripts of the page.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,14 +11,14 @@
 namespace gsc {
 
 struct FigureFile {
-    std::string name; // "walk-accuracy.svg"
+    std::string name; // such as "walk-accuracy.svg"
     std::string bytes;
 };
 
 // Names the libraries that this build lacks to draw figures, such as "Duktape, librsvg"; empty if nothing.
 std::string figuresMissing();
 
-// SVG and PNG of every figure of every panel, light. Throws Error: Unsupported (figuresMissing()), Internal (a script
+// SVG and PNG of every figure of every panel, in light colours. Throws Error: Unsupported (figuresMissing()), Internal (a script
 // failed), OutOfMemory, Interrupted.
 std::vector<FigureFile> drawFigures(const nlohmann::ordered_json& model,
                                     const std::function<void(size_t done, size_t total)>& progress);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// For builds without Duktape or librsvg.
+// Stands in for chart_figures.cpp in builds without Duktape or librsvg.
 #include "convert/chart/chart_figures.h"
 
 #include <gsc/error.h>

@@ -41,7 +41,7 @@ std::vector<Panel> panelsOf(const std::vector<ChartRun>& rows)
     for (const ChartRun& row : rows) {
         std::vector<std::string> scene = sceneWords(row);
         std::vector<std::string> key = scene;
-        key.push_back(comparedWith(row).path); // the words hold only its last part
+        key.push_back(comparedWith(row).path); // the words have only the last part of the path
         const auto [found, is_new] = known.emplace(std::move(key), panels.size());
         if (is_new)
             panels.push_back({std::move(scene), {}});
@@ -50,7 +50,7 @@ std::vector<Panel> panelsOf(const std::vector<ChartRun>& rows)
     return panels;
 }
 
-// How alike two runs are in what a speed-up should not be about; most important first.
+// Likeness of two runs in settings that a speed-up should not come from, most important first; higher is more alike.
 unsigned likeness(const ChartRun& none, const ChartRun& row)
 {
     const bool alike[] = {none.label == row.label,
@@ -110,7 +110,7 @@ Json accuracyJson(const Accuracy& accuracy)
             {"fovea", foveaJson(accuracy.fovea)}};
 }
 
-// A scored frame has a number where they are listed; else the first and how many frames lie between two tell it.
+// Values of single frames. The scored frames are in `listed`, or every `every_scored`-th from `first_scored` on.
 Json framesJson(const ChartRun& row, const Accuracy& accuracy)
 {
     return {{"first_scored", accuracy.scored.first},      {"every_scored", accuracy.scored.every},
@@ -151,7 +151,7 @@ Json rowJson(const ChartRun& row, const std::string& name, const ChartRun* basel
 std::vector<size_t> frontOf(const Panel& panel, double Accuracy::*psnr, const std::vector<size_t>& members)
 {
     std::vector<SpeedAccuracy> points;
-    std::vector<size_t> sound; // speed with broken images is no merit
+    std::vector<size_t> sound; // rows without a broken image: speed alone is no merit
     for (const size_t i : members) {
         const std::optional<Accuracy>& accuracy = panel.rows[i]->accuracy;
         if (!accuracy || !((*accuracy).*psnr > kBrokenPsnr))
@@ -165,7 +165,7 @@ std::vector<size_t> frontOf(const Panel& panel, double Accuracy::*psnr, const st
     return front;
 }
 
-// Baselines, front, and of every method that has none among those its own best.
+// At most kMaxShown rows: baselines, front, and the best of every method without a row among these.
 std::vector<size_t> shownOf(const Panel& panel, double Accuracy::*psnr, const std::vector<size_t>& front,
                             const std::set<size_t>& baselines)
 {
@@ -235,8 +235,8 @@ Json panelJson(const Panel& panel, const std::string& title, const std::string& 
               {"pooled", viewJson(panel, &Accuracy::psnr_pooled, baselines)}}}};
 }
 
-// Keys that a configuration has in common with itself in other panels: its words, then its number among the panel's
-// rows with equal words. A decode budget's number is no part of the words: "match" makes another of it on every path.
+// Keys that are equal in all panels for equal settings: words, then a number that tells rows with equal words apart. The
+// words leave out the number of a decode budget, because "match" gives another on every path.
 std::vector<std::vector<std::string>> styleKeys(const Panel& panel)
 {
     std::map<std::vector<std::string>, size_t> seen;
@@ -253,7 +253,7 @@ std::vector<std::vector<std::string>> styleKeys(const Panel& panel)
     return keys;
 }
 
-// Every method has a hue, every configuration of it that is shown anywhere a shade and a dash, in the order they came.
+// Gives every method a hue, and every shown configuration of a method a shade and a dash, in the order of the input.
 void addStyles(const std::vector<Panel>& panels, Json& list)
 {
     const auto placeOf = [](const auto& all, const auto& one) {
@@ -290,7 +290,7 @@ void addStyles(const std::vector<Panel>& panels, Json& list)
         }
 }
 
-// Panels of one trajectory are told apart by what differs between them.
+// Titles of panels: the trajectory, with the words in which panels of one trajectory differ.
 std::vector<std::string> titlesOf(const std::vector<Panel>& panels)
 {
     std::map<std::string, std::vector<size_t>> same;

@@ -12,7 +12,7 @@ namespace gsc {
 
 namespace {
 
-// Explanations of the words on a page.
+// Explanations of the words on a page, in HTML.
 constexpr std::string_view kServiceNotes =
     "<b>Latency</b>: of a pose, from being submitted to being shown. <b>Late</b>: drawn when a newer "
     "picture was shown already. <b>Expired</b>: never begun, because a newer pose was there or it had "

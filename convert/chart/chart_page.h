@@ -8,12 +8,12 @@
 
 namespace gsc {
 
-// Kind of a model: made by chartModel(), traceModel() or curveModel(). Each kind has figures and a page of its own.
+// Kind of a model, made by chartModel(), traceModel() or curveModel(). Each kind has figures and a page of its own.
 enum class PageKind { Runs, Service, Curve };
 PageKind kindOf(const nlohmann::ordered_json& model);
-// The script that draws its figures.
+// Script that draws the figures of a kind.
 std::string_view figuresScriptOf(PageKind kind);
-// One HTML file that needs nothing else, from a model that one of these functions made. Same model, same bytes.
+// One HTML file that needs no other file and no network. Equal models give equal bytes.
 std::string chartPage(const nlohmann::ordered_json& model);
 
 } // namespace gsc

@@ -14,7 +14,7 @@ namespace {
 
 using CurveJson = nlohmann::ordered_json;
 
-CurveJson detailsJson(const CurveFacts& curve) // one for each of kTimedDetails
+CurveJson detailsJson(const CurveFacts& curve) // milliseconds for each of kTimedDetails
 {
     CurveJson list = CurveJson::array();
     for (const double ms : curve.detail_ms)
@@ -46,7 +46,7 @@ CurveJson pointJson(const RunRow& row)
             {"worst_flip", rounded(accuracy.flip.worst)}};
 }
 
-// Names of the curves: the model's, and where several have one model its anchors, device and pixels too.
+// Names of the curves: name of the model, with anchors, device and pixels if several curves have one model.
 std::vector<std::string> namesOf(const std::vector<ChartCurve>& curves)
 {
     std::vector<std::string> names;
@@ -63,7 +63,7 @@ std::vector<std::string> namesOf(const std::vector<ChartCurve>& curves)
     return names;
 }
 
-// The smallest of a curve beside the model itself.
+// Comparison of the smallest file of a curve with the model itself.
 std::string verdictOf(const ChartCurve& curve, const std::string& name)
 {
     const RunRow& first = curve.rows.front();

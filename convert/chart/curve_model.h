@@ -12,13 +12,13 @@ namespace gsc {
 
 // {"version": of gsc, "kind": "curve",
 //  "facts": [[name, words], ...],
-//  "panels": [{"title", "file_name", "words", "verdict": words,            one for all
-//    "curves": [{"name",                                                     of the model; and of what draws, where that differs
-//      "points": [{"target": dB or null, the model itself, "anchors", "archive": bytes, "per_anchor": bytes of the
-//                  archive by anchors of the model, "file", "resident", "frame", "decode": ms, "detail": [ms of each of
+//  "panels": [{"title", "file_name", "words", "verdict": words,            one panel, with all curves
+//    "curves": [{"name",                                                     the model's, with the device if they differ
+//      "points": [{"target": dB, null: the model itself; "anchors", "archive": bytes, "per_anchor": bytes of the
+//                  archive per anchor of the model, "file", "resident", "frame", "decode": ms, "detail": [ms of each of
 //                  kTimedDetails], "poses",
 //                  "psnr", "worst_psnr", "worst": pose, "ssim", "worst_ssim", "flip", "worst_flip"}]}]}]}
-// Decibels are null where pictures are equal. Numbers have five digits. Curves must not be empty.
+// Decibels are null if pictures are equal. Numbers have five digits. Curves must not be empty.
 nlohmann::ordered_json curveModel(const std::vector<ChartCurve>& curves);
 
 } // namespace gsc

@@ -9,7 +9,7 @@
 
 namespace gsc {
 
-// Five digits are more than a measurement has, and half the page's size.
+// The value with five digits: more than a measurement has, and it halves the page's size. Null if it is not finite.
 inline nlohmann::ordered_json rounded(double value)
 {
     if (!std::isfinite(value))

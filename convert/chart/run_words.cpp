@@ -29,7 +29,7 @@ std::string fileName(const FileFacts& file)
     return std::filesystem::path(file.path).filename().string();
 }
 
-// Empty where there is no such number.
+// The number in words; empty if it is `none`.
 std::string numberWords(const char* format, double value, double none = 0)
 {
     return value != none ? formatString(format, value) : std::string();

@@ -1,36 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs in words: what they have in common is said once, what tells them apart names them.
+// Words for runs: settings that all share are stated once, settings that differ make the names.
 #pragma once
 
 #include "convert/chart/rows/run_set.h"
 
 namespace gsc {
 
-// The word that tells runs apart most: "detail", or the policy of reuse.
+// Method of a run: "detail", or the policy of reuse.
 std::string methodOf(const RowConfig& config);
-// The model whose exact pictures the run was held against, its own but for one that was baked.
+// Model whose exact pictures the run was compared with: its own, except for a baked model.
 const FileFacts& comparedWith(const ChartRun& row);
-// Words for what was drawn, where and how, the trajectory first; an entry without anything to say is empty. Rows that
-// agree in all of them are compared with each other.
+// Words for trajectory, model, device and size of the pictures, the trajectory first; some may be empty. Rows with equal
+// words are compared with each other.
 std::vector<std::string> sceneWords(const ChartRun& row);
-// Words for what the run tries: reuse, tier, switches, budgets, another file. First the policy, never empty.
+// Words for the settings that are compared: policy of reuse, budgets, tier, other options, another file. The policy comes
+// first and is never empty; others may be.
 std::vector<std::string> configWords(const ChartRun& row);
 
-// Options of gsc-play by which a frame is drawn as in the run, such as "--tier fast --detail 2"; cameras, size and device
-// are left to whoever types them. Each is one that its program takes with the others.
+// Options of gsc-play that draw a frame as in the run, such as "--tier fast --detail 2", without cameras, size and device.
+// gsc-play accepts them together.
 std::string optionsToType(const RowConfig& config);
 
-// Splits one list of words per row into those all rows share and the rest, joined by ", ". The first word always stays
-// in `own`. Names that come out equal get " (2)", " (3)".
+// Splits the words of every row into words that all rows share and the rest, joined by ", ". The first word always stays in
+// `own`. Equal names get " (2)", " (3)".
 struct RunNames {
     std::string common;
     std::vector<std::string> own; // one per row
 };
 RunNames nameRuns(const std::vector<std::vector<std::string>>& words);
 
-// "gsc-play 0.1.0 (0a1b2c3)"
+// Program of a row, such as "gsc-play 0.1.0 (0a1b2c3)".
 std::string toolWords(const ChartRun& row);
-// "town walk/2" -> "town-walk-2", at most 60 characters, "run" if nothing is left.
+// Title as a file name: "town walk/2" -> "town-walk-2", at most 60 characters, "run" if nothing is left.
 std::string fileNameOf(const std::string& title);
 
 } // namespace gsc

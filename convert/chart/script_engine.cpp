@@ -9,7 +9,7 @@ namespace gsc {
 
 namespace {
 
-// Throws for a failed call. Its error, usually an Error object, is on top of the stack.
+// Throws for a failed call. The script's error, usually an Error object, is on top of the stack.
 [[noreturn]] void throwScriptError(duk_context* context, const char* name)
 {
     const std::string message = duk_safe_to_string(context, -1);
@@ -25,8 +25,8 @@ struct Call {
     std::string_view argument;
 };
 
-// Runs inside duk_safe_call: whatever fails in it, also for lack of memory, comes back as a code. No C++ object that
-// needs a destructor may live here.
+// Runs inside duk_safe_call, which turns every failure, also for lack of memory, into a code. It jumps out, so no C++ object
+// with a destructor may live here.
 duk_ret_t callFunction(duk_context* context, void* data)
 {
     const Call& call = *static_cast<const Call*>(data);

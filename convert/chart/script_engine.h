@@ -14,7 +14,7 @@ public:
 
     // Runs a script; `name` is for messages. Throws Error(Internal) with the script's own message, OutOfMemory.
     void run(std::string_view script, const char* name);
-    // Calls a global function with one text, returns its text.
+    // Calls a global function with one text, returns its text. Throws as run().
     std::string call(const char* function, std::string_view argument);
 
 private:

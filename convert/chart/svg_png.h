@@ -10,10 +10,10 @@ namespace gsc {
 // The bytes of the PNG; `name` is for messages. Throws Error(Internal).
 std::string pngOfSvg(const std::string& svg, const std::string& name);
 
-// That Pango starts at a time to find fonts, some of them ending as others begin; without one it ends the process.
+// Most threads that Pango starts at a time to find fonts. It ends the process if it cannot start one.
 constexpr size_t kSvgPngThreads = 8;
 
-struct SvgPngFunctions { // of the module
+struct SvgPngFunctions { // functions of the module
     decltype(&pngOfSvg) draw;
 };
 

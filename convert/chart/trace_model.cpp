@@ -17,11 +17,11 @@ namespace {
 
 using TraceJson = nlohmann::ordered_json;
 
-constexpr size_t kBuckets = 40; // of the distribution, up to the 99th percentile and a quarter more
+constexpr size_t kBuckets = 40; // steps of the distribution, up to 1.25 times the 99th percentile
 constexpr size_t kCdfPoints = 200;
-constexpr size_t kMostEvents = 2000; // that a page lists and marks
+constexpr size_t kMostEvents = 2000; // most events that a page lists and marks
 
-// `count` of them, evenly spaced.
+// `count` of the values, evenly spaced.
 template <typename T>
 std::vector<const T*> spreadOver(const std::vector<const T*>& values, size_t count)
 {
@@ -50,7 +50,7 @@ TraceJson posesJson(const ChartTrace& trace)
     return json;
 }
 
-// A step of 1, 2 or 5 times a power of ten, so that `most` of them reach `span`.
+// The smallest step of 1, 2 or 5 times a power of ten such that `most` steps reach `span`.
 double roundStep(double span, size_t most)
 {
     const double least = std::max(span, 1e-6) / double(most), power = std::pow(10, std::floor(std::log10(least)));

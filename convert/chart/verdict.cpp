@@ -22,7 +22,7 @@ std::string msWords(double ms)
     return formatString("%.*f", ms >= 100 ? 0 : ms >= 10 ? 1 : ms >= 1 ? 2 : 3, ms);
 }
 
-// PSNR of the worst frame; that of a broken picture where none was scored.
+// PSNR of the worst frame, dB; kBrokenPsnr if none was scored.
 double worstOf(const ChartRun& run)
 {
     return run.accuracy ? run.accuracy->psnr_min : kBrokenPsnr;
@@ -37,7 +37,7 @@ std::optional<size_t> fastestOf(const Runs& runs, double floor)
     return best;
 }
 
-// "50, 60 and 70 dB"
+// PSNR floors in words, such as "50, 60 and 70 dB"; `last` joins the last.
 std::string floorWords(const std::vector<int>& floors, const char* last)
 {
     std::string text;

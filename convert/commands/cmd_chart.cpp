@@ -19,7 +19,7 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kMaxRuns = uint64_t(1) << 32; // bytes
+constexpr uint64_t kMaxRuns = uint64_t(1) << 32; // most bytes of a file
 
 struct ChartOptions {
     std::vector<std::string> inputs;
@@ -36,7 +36,7 @@ std::vector<NamedPath> inputsOf(const ChartOptions& options)
     return inputs;
 }
 
-// Everything that can be said without reading a line.
+// Checks the outputs, before any input is read. Throws Error.
 void checkOutputs(const ChartOptions& options, const Reporter& report)
 {
     checkStandardOutput(options.output, "--output", report.json());
@@ -60,7 +60,7 @@ std::string pathOf(const ChartOptions& options, const FigureFile& figure)
     return (std::filesystem::path(options.figures) / figure.name).string();
 }
 
-// Once their names are known.
+// Checks the files of --figures, when their names are known. Throws Error.
 void checkFigures(const ChartOptions& options, const std::vector<FigureFile>& figures)
 {
     const std::vector<NamedPath> inputs = inputsOf(options);
@@ -70,13 +70,13 @@ void checkFigures(const ChartOptions& options, const std::vector<FigureFile>& fi
     checkOutputsDiffer(outputs, inputs);
 }
 
-// Input of one kind, since each kind has a page of its own.
+// Content of all inputs, of one kind, because each kind has a page of its own.
 struct ChartInput {
     std::optional<PageKind> kind;
     RunSet runs;
     std::vector<ChartTrace> traces;
 
-    [[nodiscard]] size_t points() const // of the curves
+    [[nodiscard]] size_t points() const // number of points of all curves
     {
         size_t count = 0;
         for (const ChartCurve& curve : runs.curves)
@@ -113,7 +113,7 @@ ChartInput readInput(const ChartOptions& options, Reporter& report)
             checkOneKind(found, input, kind);
             found.kind = kind;
         };
-        if (isTraceText(text)) // a file may have no run
+        if (isTraceText(text)) // told by the text: a file may have no run
             take(PageKind::Service);
         if (runs.rows.size() > rows)
             take(PageKind::Runs);
@@ -221,7 +221,8 @@ ErrorCode runChart(const ChartOptions& options, Reporter& report)
     report.endProgress(false);
     if (report.json())
         report.object(reportJson(options, input, model, figures));
-    const size_t count = input.runs.rows.size() + input.traces.size() + input.runs.curves.size(); // two of them are 0
+    const size_t count =
+        input.runs.rows.size() + input.traces.size() + input.runs.curves.size(); // two of the three are 0
     const char* const what = input.kind == PageKind::Service ? "trace"
                              : input.kind == PageKind::Curve ? "curve"
                                                              : "run";

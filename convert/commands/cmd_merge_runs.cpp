@@ -10,7 +10,7 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kMaxRows = uint64_t(1) << 32; // bytes of a file
+constexpr uint64_t kMaxRows = uint64_t(1) << 32; // most bytes of a file
 
 struct MergeOptions {
     std::vector<std::string> inputs;
@@ -18,7 +18,7 @@ struct MergeOptions {
     bool overwrite = false, allow_missing = false;
 };
 
-// Everything that can be said without reading a line.
+// Checks the output, before any input is read. Throws Error.
 void checkMergeOutput(const MergeOptions& options, const Reporter& report)
 {
     checkStandardOutput(options.output, "--output", report.json());

@@ -14,9 +14,9 @@ namespace gsc {
 namespace {
 
 constexpr const char* kFrames = "gsc.frame-stats/1";
-// A hostile row must not take all memory: what is missing is listed.
+// Limit for a hostile row: missing tasks are listed, and the list must not take all memory.
 constexpr uint64_t kMostTasks = 10'000'000;
-constexpr uint64_t kMostShards = 1'000'000; // the most that gsc-play takes
+constexpr uint64_t kMostShards = 1'000'000; // most shards that gsc-play accepts
 
 OrderedJson parsedRow(std::string_view line, const std::string& where, bool has_end)
 {
@@ -32,7 +32,7 @@ OrderedJson parsedRow(std::string_view line, const std::string& where, bool has_
                 "remove the line");
 }
 
-// "3, 7 and 12 more"
+// Some numbers of a list, such as "3, 7 and 12 more".
 std::string listOf(const std::vector<uint64_t>& numbers)
 {
     constexpr size_t kShown = 5;
@@ -67,7 +67,7 @@ void RunMerger::addLine(std::string_view line, const std::string& where, bool ha
         row.device = run.device.name;
         row.exceeds = run.stability && !run.stability->passed();
         if (!run.stability)
-            row.id = run.config.id; // a trajectory of stability may be listed twice
+            row.id = run.config.id; // not of stability, where a trajectory may be listed twice
     } else {
         record.field("backend", row.device, kName);
     }
@@ -121,7 +121,7 @@ MergedRuns RunMerger::finish(bool allow_missing) const
     for (const auto& [task, row] : m_rows) {
         shards.insert(row.shard);
         if (!row.id.empty() && !ids.insert(row.id).second)
-            continue; // a decode budget of "match" that is the same as one that the sweep states: one run, once
+            continue; // one run twice: a decode budget of "match" turned out equal to a number in the sweep's file
         merged.text += row.line + "\n";
         ++merged.rows;
         merged.exceeded += row.exceeds;

@@ -252,8 +252,8 @@ private:
         return row;
     }
 
-    // Row in the file that this program made of a run, on this device; null if there is none. A shard takes rows of any device,
-    // because each task has one row.
+    // Row in the file that this program made of a run, on this device; null if there is none. A shard takes rows of any
+    // device, because each task has one row.
     const RunRow* known(const RowConfig& config, const std::string& backend)
     {
         const RunRow* row = m_rows.find(config.id);

@@ -23,7 +23,7 @@ struct PoseScore {
     double psnr = 0; // +inf: equal
 };
 
-// PSNR of several poses, dB: of each, and over all their pixels.
+// PSNR of several poses, dB: of each, and over all together.
 struct SetScore {
     std::vector<PoseScore> poses;
     double mse = 0; // mean over the poses
@@ -47,8 +47,8 @@ struct FileScore {
 
 constexpr size_t kDrawsToMeasure = 4; // repeats of each pose: other work on the machine seldom disturbs all of them
 
-// Draws a model and its changed versions from given poses, and compares their pictures: in tier `exact`, except frames that are
-// timed with detail. Every function throws Error as Renderer does.
+// Draws a model and its changed versions from given poses, and compares their pictures: in tier `exact`, except frames that
+// are timed with detail. Drawing throws Error as Renderer does.
 class PictureProbe {
 public:
     // `scene` is the whole model, which `renderer` has loaded. `told` is called after each picture, and after each pose that

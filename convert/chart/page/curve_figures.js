@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Option objects of Apache ECharts from the model of curve_model.h. ES5 without DOM: runs in the page, and in the engine
-// that writes the figures to files. After parts.js. Same interface as service_figures.js.
+// that writes the figures to files. Runs after parts.js and has the interface of service_figures.js.
 var gscFigures = (function () {
   'use strict';
 
   var parts = gscParts, words = parts.words, three = words.three;
   var LOOKS = [{hue: 2, shade: 0.3}, {hue: 1, shade: 0.5}, {hue: 3, shade: 0.5}, {hue: 4, shade: 0.4}, {hue: 0, shade: 0.4}];
   var SYMBOLS = ['circle', 'rect', 'triangle', 'diamond'];
-  var SIDES = [ // what a point costs, of each of the plots
+  var SIDES = [ // cost of a point in each of the plots
     {key: 'per_anchor', name: 'archive, bytes an anchor'},
     {key: 'resident', name: 'resident, MiB', unit: 1048576},
     {key: 'frame', name: 'frame, ms'}
   ];
-  var DETAILS = [0, 1, 2, 4]; // of `detail` of a point
+  var DETAILS = [0, 1, 2, 4]; // values of --detail for the numbers of point.detail
 
   function detailWords(point) { return point.detail.map(three).join(', '); }
 
@@ -72,7 +72,7 @@ var gscFigures = (function () {
         });
       });
     });
-    // drawn for the legend alone
+    // series without data, for their legend entries
     option.series.push({type: 'line', name: 'all poses together', data: [], itemStyle: {color: theme.dim}}, {type: 'line', name: 'worst pose', data: [], itemStyle: {color: theme.dim}});
     option.tooltip = parts.tooltip(theme, {
       trigger: 'item', formatter: function (hit) { return hit.data && hit.data.point ? hint(hit.data.curve, hit.data.point) : ''; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Option objects of Apache ECharts from the model of chart_model.h. ES5 without DOM: runs in the page, and in the engine
-// that writes the figures to files. After parts.js.
+// that writes the figures to files. Runs after parts.js.
 //
 // gscFigures.kinds: [{id, title}]
 // gscFigures.build(panel, kind, {dark, view, width, shown, title, subtitle}) -> {option, height}
@@ -14,11 +14,11 @@ var gscFigures = (function () {
   var VIEW_NAMES = {min: 'worst frame', pooled: 'pooled'};
   var INSIDE = 'within 12° of the gaze';
   var MOST_BARS = 24; // rows of the figure of frame times
-  var MOST_NAMED = 24; // of a front
+  var MOST_NAMED = 24; // most rows of a front with a legend entry each
 
   function scored(row) { return row.scored; }
 
-  function partWords(part) { // of the picture, with foveation
+  function partWords(part) { // accuracy inside or outside the fovea
     if (part === null) return 'no pixel';
     return 'PSNR worst, pooled ' + [part.min, part.pooled].map(decibels).join(', ') + ' dB' +
       (part.flip === null ? '' : ', FLIP ' + digits(part.flip, 3));
@@ -100,7 +100,7 @@ var gscFigures = (function () {
       });
     });
 
-    // Numbers of the front. Where two would lie on each other, coloured runs share a label and grey ones go without.
+    // Labels with the numbers of the front. Coloured runs that would cover each other share a label; grey ones then have none.
     function labelsOf(plot) {
       var placed = [], labels = {};
       function place(row) {
@@ -131,14 +131,14 @@ var gscFigures = (function () {
       return {
         type: 'scatter', name: name, xAxisIndex: index, yAxisIndex: index, clip: false, symbolSize: size, z: size > 9 ? 4 : 3,
         itemStyle: {color: color, borderColor: theme.back, borderWidth: 1, opacity: 1}, cursor: 'pointer',
-        // above and to the left of the front there is no other point; memory comes in columns
+        // no other point lies above and to the left of the front; points of memory lie in columns
         label: merged(plots[index].cost === costs[0] ? {position: [-1, 1], align: 'right', verticalAlign: 'bottom'} : {position: 'right', distance: 4},
                       {color: theme.text, fontSize: 12, fontWeight: 'bold', textBorderColor: theme.back, textBorderWidth: 3}),
         data: list.filter(function (row) { return plots[index].quality.of(rows[row]) !== null; }).map(function (row) { return point(row, index); })
       };
     }
     function colorOf(row) { return shown.indexOf(row) < 0 ? theme.other : parts.colorOf(theme, rows[row]); }
-    var named = shown.slice(); // has an entry of its own in the legend
+    var named = shown.slice(); // rows with a legend entry each
     if (front.length <= MOST_NAMED) named = named.concat(front.filter(function (row) { return shown.indexOf(row) < 0; }));
     named.sort(function (a, b) { return time(rows[a]) - time(rows[b]) || a - b; });
     var others = every.filter(function (row) { return named.indexOf(row) < 0; });
@@ -169,7 +169,7 @@ var gscFigures = (function () {
       });
     });
     var entries = named.map(function (row) { return {name: rows[row].name, icon: parts.symbolOf(rows[row])}; });
-    var box = 'path://M0 0H13H0ZM0 12H13H0Z'; // of nothing, as high as the symbols
+    var box = 'path://M0 0H13H0ZM0 12H13H0Z'; // an empty path as high as the symbols
     if (others.length) entries.push({name: 'other runs', icon: 'circle'});
     if (foveated.length) entries.push({name: INSIDE, icon: 'diamond', itemStyle: {color: theme.back, borderColor: theme.dim, borderWidth: 1.5}});
     entries.push({name: 'Pareto front', icon: box + 'M0 5H5V7H0ZM8 5H13V7H8Z'});

@@ -3,7 +3,7 @@
 var gscParts = (function () {
   'use strict';
 
-  // A ramp per method, of colours that people with any colour vision tell apart: none, depth, error, detail, others
+  // Ramps of colours for the methods none, depth, error, detail and others; people with any colour vision tell them apart.
   var LIGHT = {
     text: '#1f2328', dim: '#59636e', line: '#d1d9e0', grid: '#eaeef2', back: '#ffffff', other: '#b0b8c1',
     ramps: [['#111418', '#57606a'], ['#8f3500', '#f7a04a'], ['#0a3f8f', '#55b8f7'], ['#00533c', '#35b98d'], ['#6b1f5c', '#d684b2']]
@@ -13,7 +13,7 @@ var gscParts = (function () {
     ramps: [['#ffffff', '#a5b0bb'], ['#ffd7a8', '#d0570a'], ['#c8e6ff', '#2374cc'], ['#8ce8c6', '#1d9468'], ['#f2b3d6', '#a94f86']]
   };
   var DASHES = ['solid', 'dashed', 'dotted'];
-  var SYMBOLS = {none: 'diamond', depth: 'rect', error: 'circle', detail: 'triangle'}; // shape and hue say the method, shade and dash the run
+  var SYMBOLS = {none: 'diamond', depth: 'rect', error: 'circle', detail: 'triangle'}; // shape and hue tell the method, shade and dash the run
   var FONT = 'system-ui, Segoe UI, Roboto, Helvetica Neue, Arial, sans-serif'; // no quotes in it: ECharts writes it into attributes
   var BROKEN = -999; // decibels of an image with a pixel that is not finite
 
@@ -33,7 +33,7 @@ var gscParts = (function () {
   function decibels(value) {
     return value === null ? 'equal' : value <= BROKEN ? 'broken' : value.toFixed(1);
   }
-  function of255(value) { // from 0..1 to steps of an 8-bit image
+  function of255(value) { // a value of 0..1 in steps of an 8-bit image
     return value === null ? null : value * 255;
   }
   function bytes(value) {
@@ -42,7 +42,7 @@ var gscParts = (function () {
     for (; value >= 1024 && unit + 1 < units.length; ++unit) value /= 1024;
     return digits(value, 3) + ' ' + units[unit];
   }
-  function shortCount(value) { // for axes
+  function shortCount(value) { // short form for axes: 12k, 3M
     if (Math.abs(value) >= 1e6) return digits(value / 1e6, 3) + 'M';
     return Math.abs(value) >= 1e4 ? digits(value / 1e3, 3) + 'k' : digits(value, 4);
   }
@@ -71,7 +71,7 @@ var gscParts = (function () {
   function textWidth(text, size) {
     return echarts.format.getTextRect(text, size + 'px ' + FONT).width;
   }
-  function shortened(text, size, room) { // to what fits
+  function shortened(text, size, room) { // cut to fit `room` pixels
     if (textWidth(text, size) <= room) return text;
     while (text.length > 1 && textWidth(text + '…', size) > room) text = text.slice(0, -1);
     return text + '…';
@@ -86,23 +86,23 @@ var gscParts = (function () {
     return lines.map(function (line) { return shortened(line, size, room); });
   }
 
-  // Not Math.min.apply: an engine takes no more than some thousands of arguments.
+  // Least and largest value. Not Math.min.apply: an engine takes no more than some thousands of arguments.
   function rangeOf(values) {
     return values.reduce(function (range, value) {
       return [Math.min(range[0], value), Math.max(range[1], value)];
     }, [Infinity, -Infinity]);
   }
-  function whole(value) { // without what adding steps leaves
+  function whole(value) { // without the rounding errors of added steps
     return Number(value.toPrecision(12));
   }
-  // 1, 2 or 5 times a power of ten, so that no more than `most` steps make `span`
+  // The smallest step of 1, 2 or 5 times a power of ten such that at most `most` steps make `span`.
   function stepOf(span, most) {
     var power = Math.pow(10, Math.floor(Math.log(span / most) / Math.LN10 + 1e-9));
     return whole([1, 2, 5, 10].filter(function (factor) { return span / (factor * power) <= most + 1e-9; })[0] * power);
   }
 
-  // Steps for decibels, no less than 6 of them (twice the error), and where equal images are drawn: one step above all
-  // others. Broken ones lie one step below.
+  // Scale for decibels. A step is 6 dB (twice the error) or more. Equal images lie one step above all others, broken images
+  // one step below.
   function decibelScale(values, most) {
     var finite = values.filter(function (value) { return value !== null && value > BROKEN; });
     var equal = values.indexOf(null) >= 0, broken = values.some(function (value) { return value !== null && value <= BROKEN; });
@@ -146,8 +146,8 @@ var gscParts = (function () {
       nameTextStyle: {color: theme.text, fontSize: 12}
     }, extra);
   }
-  // From zero where that costs no more than half of the room, logarithmic where values span more than a factor of 30;
-  // else at least a quarter of the largest value, so that noise looks like noise. `least`: the top is no lower.
+  // Scale for values. It begins at zero if that leaves values half of the room; it is logarithmic if they span more than a
+  // factor of 30; else it spans a quarter of the largest value or more, so that noise looks small. `least`: least top.
   function valueScale(values, most, from_zero, least) {
     var range = rangeOf(values.concat(least || [])), low = range[0], high = range[1] > 0 ? range[1] : 1;
     if (!from_zero && low > 0 && high / low > 30) {
@@ -164,7 +164,7 @@ var gscParts = (function () {
     var step = stepOf(high - low, most);
     return {type: 'value', min: whole(Math.floor(low / step + 1e-9) * step), max: whole(Math.ceil(high / step - 1e-9) * step), interval: step};
   }
-  function shareOf(scale, value) { // of the axis
+  function shareOf(scale, value) { // position on the axis, 0..1
     if (scale.type === 'log') return Math.log(value / scale.min) / Math.log(scale.max / scale.min);
     return (value - scale.min) / (scale.max - scale.min);
   }
@@ -178,8 +178,8 @@ var gscParts = (function () {
       textStyle: {color: theme.text, fontSize: 12, fontFamily: FONT}
     }, extra);
   }
-  // In columns as wide as the longest entry: each is a legend of its own, for one legend would place an entry by the width
-  // that it takes the one before it to have.
+  // Legend in columns as wide as the longest entry. Each entry is a legend of ECharts of its own, because one legend would
+  // place an entry by an estimated width of the entry before it.
   function legend(theme, width, entries, top, extra) {
     var room = width - 20, gap = 18, icon = 22 + 5, line = 20;
     var texts = entries.map(function (entry) { return extra && extra.formatter ? extra.formatter(entry.name) : entry.name; });

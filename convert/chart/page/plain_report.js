@@ -5,9 +5,9 @@
   var model = JSON.parse(document.getElementById('model').textContent);
   var dark = window.matchMedia('(prefers-color-scheme: dark)');
   var figures = []; // {panel, kind, box, chart}
-  var MOST_ROWS = 30; // the rest comes at a click
+  var MOST_ROWS = 30; // rows before a click shows the rest
 
-  // Text only, so that no name in the data can become markup.
+  // Adds an element with text only, so that no name in the data can become markup.
   function add(parent, tag, text, name) {
     var element = document.createElement(tag);
     if (text !== undefined && text !== null) element.textContent = text;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fills the page: facts, the table, and per panel the figures of figures.js, drawn when they come into view.
+// Fills the page: facts, the table, and for each panel the figures of figures.js, drawn when they come into view.
 (function () {
   'use strict';
   var model = JSON.parse(document.getElementById('model').textContent);
@@ -7,9 +7,9 @@
   var dark = window.matchMedia('(prefers-color-scheme: dark)');
   var view = document.getElementById('view');
   var figures = []; // {panel, kind, box, chart, note}
-  var picked = model.panels.map(function () { return null; }); // rows a reader chose by clicking, else the model's
+  var picked = model.panels.map(function () { return null; }); // rows that a reader chose by clicking; null: the rows that the model shows
 
-  // Text only, so that no name in the data can become markup.
+  // Adds an element with text only, so that no name in the data can become markup.
   function add(parent, tag, text, name) {
     var element = document.createElement(tag);
     if (text !== undefined && text !== null) element.textContent = text;
@@ -44,7 +44,7 @@
   function anyRow(holds) {
     return model.panels.some(function (panel) { return panel.rows.some(holds); });
   }
-  function ofPart(part, key, words) { // of runs with foveation
+  function ofPart(part, key, words) { // value inside or outside the fovea
     return function (row) { return row.fovea && row.fovea[part] ? words(row.fovea[part][key]) : '–'; };
   }
   function flipWords(value) {
@@ -56,8 +56,8 @@
       COLUMNS.push(['FLIP\nwithin\n12°', ofPart('inside', 'flip', flipWords)], ['around\nit', ofPart('outside', 'flip', flipWords)]);
   }
   if (!anyRow(function (row) { return row.speedup !== null; }))
-    COLUMNS.splice(1, 1); // the verdict says why
-  var MOST_ROWS = 8; // of a front; the rest comes at a click
+    COLUMNS.splice(1, 1); // no speed-up; the verdict tells the reason
+  var MOST_ROWS = 8; // rows of a front before a click shows the rest
 
   function fillHead(head) {
     var line = add(head, 'tr');

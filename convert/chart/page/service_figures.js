@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Option objects of Apache ECharts from the model of trace_model.h. ES5 without DOM: runs in the page, and in the engine
-// that writes the figures to files. After parts.js. Same interface as figures.js.
+// that writes the figures to files. Runs after parts.js and has the interface of figures.js.
 var gscFigures = (function () {
   'use strict';
 
   var parts = gscParts, words = parts.words, three = words.three, digits = words.digits;
   var RATE = {hue: 2, shade: 0.4}, WORKERS = {hue: 3, shade: 0.55}, SHOWN = {hue: 2, shade: 0.7};
-  var ENDS = [ // but shown: what is wrong stands out
+  var ENDS = [ // ends of poses other than shown, in colours that stand out
     {key: 'late', symbol: 'rect', color: {hue: 1, shade: 0.8}},
     {key: 'expired', symbol: 'triangle', color: {hue: 4, shade: 0.6}},
     {key: 'failed', symbol: 'diamond', color: {hue: 1, shade: 0.05}}
@@ -30,7 +30,7 @@ var gscFigures = (function () {
     return {name: name, nameLocation: 'end', nameGap: 15, nameTextStyle: {align: 'left', padding: [0, 0, 0, -56], fontWeight: 'bold'}};
   }
 
-  // Where a worker starts, stops or fails: at the number of workers that there are then.
+  // Marks at starts, stops and faults of workers, as high as the number of workers at that time.
   function eventSeries(panel, theme, grid) {
     return Object.keys(EVENTS).map(function (kind) {
       var look = EVENTS[kind];
@@ -69,7 +69,7 @@ var gscFigures = (function () {
     var most = parts.rangeOf(panel.rate.map(function (sample) { return sample[2]; }).concat(panel.workers.length, 1))[1];
     var ms = [];
     ['shown', 'late', 'failed'].forEach(function (end) { ms = ms.concat(second(panel.poses[end])); });
-    if (!ms.length) ms = second(panel.poses.expired); // which, next to others, are drawn at the edge: their wait says little
+    if (!ms.length) ms = second(panel.poses.expired); // beside other poses these are drawn at the edge, because their wait means little
     var latency = parts.valueScale(ms.length ? ms.map(function (value) { return Math.max(value, 0.01); }) : [1], 4, false);
     option.yAxis = [
       parts.valueAxis(theme, parts.valueScale(fps.length ? fps : [1], 3, true), parts.merged(nameAbove('pictures a second'), {gridIndex: 0})),
@@ -91,7 +91,7 @@ var gscFigures = (function () {
       data: [panel.min_fps, panel.max_fps].filter(function (limit) { return limit !== null; }).map(function (limit) { return {yAxis: limit}; })
     };
     var workers = steps('workers', 1, 2, WORKERS, true);
-    if (!panel.events_cut && panel.events.length) { // to the moment
+    if (!panel.events_cut && panel.events.length) { // exact in time, from the events
       workers.step = 'end';
       workers.data = [[0, 0]].concat(panel.events.map(function (event) { return [event.time, event.workers]; }),
         [[end, panel.events[panel.events.length - 1].workers]]);
@@ -110,7 +110,7 @@ var gscFigures = (function () {
     option.series = [rate, workers].concat(events, [points('shown', panel.poses.shown, SHOWN, 'circle', 3, 3)], ends.map(function (end) {
       return points(end.key, panel.poses[end.key], end.color, end.symbol, 6, 4);
     }));
-    // drawn for the legend alone: marks have none
+    // series without data, for their legend entries, because marks have none
     [limits ? 'limits of the rate' : '', plans.length ? 'another plan' : ''].forEach(function (name) {
       if (name) option.series.push({type: 'line', name: name, data: [], symbol: 'none', lineStyle: {color: theme.dim}, itemStyle: {color: theme.dim}});
     });
@@ -154,7 +154,7 @@ var gscFigures = (function () {
     edges.push([width, spread.counts.length ? spread.counts[spread.counts.length - 1] : 0], [width, 0]);
     var inside = spread.cdf.filter(function (point) { return point[0] <= width; });
     if (inside.length < spread.cdf.length && inside.length) inside.push([width, inside[inside.length - 1][1]]);
-    // names one above another where they would touch
+    // names above each other if they would touch side by side
     var marks = ['p50', 'p95', 'p99'].map(function (name) { return {name: name, ms: panel.latency[name]}; }).filter(function (mark) { return mark.ms <= width; });
     var per_ms = (options.width - 132) / across.max, level = 0, before = -1e9;
     option.series = [{

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws the figures of figures.js or service_figures.js as SVG outside a browser; called by chart_figures.cpp.
+// Draws figures as SVG outside a browser, with the gscFigures of the page's script; called by chart_figures.cpp.
 
-// what ECharts expects of a browser and does not need for pictures that stand still
+// functions of a browser that ECharts calls, without effect for pictures that stand still
 var setTimeout = function () { return 0; }, clearTimeout = function () {};
 
-// Widths in hundredths of the size, as DejaVu Sans has them, the widest of the fonts that the figures name or a system
-// may put in their place: what fits with these fits everywhere.
+// Widths of characters in DejaVu Sans, in hundredths of the font size. It is the widest of the fonts that the figures name
+// or a system may use instead, so a text that fits in it fits in all.
 var GSC_WIDTHS = {28: "ijl'", 32: ' .,;:', 35: 'ft|I()[]', 41: 'r-', 52: 'szc', 62: 'Faeghknopqu', 75: 'ABCDEKNOPRSUVXYZ', 82: 'w', 99: 'mWMG%@×–…'};
 function gscMeasure(text, font) {
   var size = Number(/([0-9.]+)px/.exec(font)[1]), bold = /bold/.test(font) ? 1.13 : 1, sum = 0;

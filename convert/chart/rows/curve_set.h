@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Costs of models at several qualities: rows of `gsc bake --curve`.
+// Curves: rows of `gsc bake --curve`, the costs of a model at several qualities.
 #pragma once
 
 #include "runtime/records/run_row.h"
@@ -9,7 +9,7 @@
 
 namespace gsc {
 
-// The rows of a model on a device, in the order that they came: the model itself, then its targets.
+// Rows of one model on one device, in the order of the input: the model itself, then the model baked to each target.
 struct ChartCurve {
     std::vector<RunRow> rows;
 };

@@ -14,7 +14,7 @@ namespace gsc {
 
 namespace {
 
-// Changes without images (equal pictures, or no two frames in a row) are never the worse.
+// Keeps the worse of two. Changes without images (equal pictures, or no two frames in a row) are never the worse.
 void keepWorse(Accuracy::Changes& kept, const Accuracy::Changes& other)
 {
     if (other.images > 0 && (kept.images == 0 || other.max > kept.max))
@@ -50,14 +50,14 @@ void keepWorst(Accuracy& kept, const Accuracy& other)
     }
 }
 
-// `group` holds at least one row.
+// The repeats of a run as one row. Precondition: at least one.
 ChartRun folded(std::vector<ChartRun> group)
 {
     std::stable_sort(group.begin(), group.end(),
                      [](const ChartRun& a, const ChartRun& b) { return a.ms.wall.median < b.ms.wall.median; });
     const size_t middle = group.size() / 2;
     ChartRun row = group[middle];
-    if (group.size() % 2 == 0) { // as near to the mean as the other, and its p95 is not below it
+    if (group.size() % 2 == 0) { // the slower row's p95 is not below the mean of both medians
         const ChartRun& faster = group[middle - 1];
         double& decode = row.ms.stages[kDecodeStage].median;
         row.ms.wall.median = (row.ms.wall.median + faster.ms.wall.median) / 2;
@@ -119,7 +119,7 @@ void foldRepeats(RunSet& runs)
         if (is_new)
             groups.emplace_back();
         std::vector<ChartRun>& group = groups[found->second];
-        // no clock tells the same times for every frame twice
+        // equal times of every frame: a copy of a row, not a repeat
         const bool told = std::any_of(group.begin(), group.end(), [&](const ChartRun& other) {
             return other.ms.wall.median == row.ms.wall.median && other.wall_ms == row.wall_ms &&
                    accuracyJson(other) == accuracyJson(row);

@@ -11,29 +11,29 @@
 
 namespace gsc {
 
+// A run, measured once or several times. Then `accuracy` is the worst of all.
 struct ChartRun : RunRow {
-    // How often the run was measured, and its median frame time in those repeats, from the least to the most. With
-    // more than one, `accuracy` is the worst of all.
-    uint64_t rounds = 1;
-    double least_ms = 0, most_ms = 0;
+    uint64_t rounds = 1;              // repeats
+    double least_ms = 0, most_ms = 0; // least and largest median frame time of a repeat
 };
 
+// Runs and curves of all input files.
 struct RunSet {
     std::vector<ChartRun> rows;     // in the order of files and lines, a repeated run where it came first
     std::vector<std::string> notes; // lines that were left out, in words
-    std::vector<ChartCurve> curves; // of rows that have the part "curve", which are no runs
+    std::vector<ChartCurve> curves; // rows with the part "curve", which are no runs
     uint64_t skipped = 0;           // lines of another form
     uint64_t repeats = 0;           // lines that measure a run of `rows` once more
-    uint64_t duplicates = 0;        // lines that tell a measurement told before
+    uint64_t duplicates = 0;        // copies of a line of another file
 };
 
 // Adds the lines of `text`; `path` names it in messages and notes. Throws Error: InvalidFile, Unsupported (rows of
 // another version), Interrupted.
 void addRuns(std::string_view text, const std::string& path, RunSet& runs);
-// Makes one row of those that measure the same run (same model, backend, device, sources, label and configuration): the
-// one in the middle by median frame time, with the spread of all and the worst accuracy of all. An even number has two
-// in the middle: the slower is taken, with the means of their medians. A sweep never runs again what its file has, so
-// repeats come from files of their own. To be called once, after the last file.
+// Joins the rows of one run (equal model, backend, device, sources, label and configuration) to one: the row in the middle
+// by median frame time, with the least and largest time and the worst accuracy of all. Of two in the middle the slower is
+// taken, with the means of their medians. Repeats come from different files, because a sweep does no run again that its
+// file has. To be called once, after the last file.
 void foldRepeats(RunSet& runs);
 
 } // namespace gsc

@@ -23,7 +23,7 @@ void addTraces(std::string_view text, const std::string& path, std::vector<Chart
             parseServiceTrace(rowOf(one, where, "one trace per line as gsc-play writes them"), where);
         traces.push_back(std::move(trace));
     };
-    // indented by hand or by another program, it is no line but the whole file
+    // a trace that was indented is no line: the whole file is one trace
     const std::string_view head = text.substr(0, text.find('\n'));
     if (const size_t end = head.find_last_not_of(" \t\r"); end != head.npos && head[end] != '}') {
         add(text, path);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traces of renderer services, one a line, as files hold them.
+// Traces of renderer services, one to a line of a file.
 #pragma once
 
 #include "runtime/records/service_trace_report.h"
@@ -10,11 +10,12 @@
 
 namespace gsc {
 
+// A trace with a name.
 struct ChartTrace : ServiceTraceReport {
-    std::string title; // the file it came from, with a number where there are several
+    std::string title; // name of its file, with a number if the file has several
 };
 
-// Does it begin with a trace, rather than with a run of a sweep?
+// True if the text begins with a trace, not with a row.
 bool isTraceText(std::string_view text);
 
 // Adds the traces of `text`; `path` names it in messages. Throws Error(InvalidFile, Unsupported, Interrupted).
