@@ -18,8 +18,8 @@ struct FigureFile {
 // Names the libraries that this build lacks to draw figures, such as "Duktape, librsvg"; empty if nothing.
 std::string figuresMissing();
 
-// SVG and PNG of every figure of every panel, in light colours. Throws Error: Unsupported (figuresMissing()), Internal (a script
-// failed), OutOfMemory, Interrupted.
+// SVG and PNG of every figure of every panel, in light colours. Throws Error: Unsupported (figuresMissing()), Internal (a
+// script failed), OutOfMemory, Interrupted.
 std::vector<FigureFile> drawFigures(const nlohmann::ordered_json& model,
                                     const std::function<void(size_t done, size_t total)>& progress);
 

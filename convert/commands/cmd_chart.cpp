@@ -113,7 +113,7 @@ ChartInput readInput(const ChartOptions& options, Reporter& report)
             checkOneKind(found, input, kind);
             found.kind = kind;
         };
-        if (isTraceText(text)) // told by the text: a file may have no run
+        if (isTraceText(text)) // asked of the text, because a file of runs may have none
             take(PageKind::Service);
         if (runs.rows.size() > rows)
             take(PageKind::Runs);

@@ -67,7 +67,7 @@ void RunMerger::addLine(std::string_view line, const std::string& where, bool ha
         row.device = run.device.name;
         row.exceeds = run.stability && !run.stability->passed();
         if (!run.stability)
-            row.id = run.config.id; // not of stability, where a trajectory may be listed twice
+            row.id = run.config.id; // no id for stability: it may list a trajectory twice
     } else {
         record.field("backend", row.device, kName);
     }

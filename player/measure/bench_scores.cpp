@@ -58,7 +58,7 @@ public:
     }
 
 private:
-    // The exact pictures come last: to draw them would change what the renderer keeps.
+    // Exact pictures are drawn last, because drawing them changes the caches of the renderer.
     void playAndScore(const ScoreOptions& score, Scorer& scorer)
     {
         const std::vector<Shot>& shots = m_path.shots;

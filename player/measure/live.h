@@ -14,11 +14,11 @@
 namespace gsc {
 
 struct LiveOptions {
-    PlayOptions play;                             // its outputs are not used
+    PlayOptions play;                             // model, cameras and rendering; its outputs are not used
     double rate = 90;                             // poses per second
     double seconds = 0;                           // length of the run, round the cameras; 0 = once through them
     double timeout_ms = 50;                       // longest wait of a pose before it is begun
-    double still_distance = 0, still_degrees = 0; // as in ServiceOptions
+    double still_distance = 0, still_degrees = 0; // values of ServiceOptions
     std::string trace; // file for the trace, which OutputChoice::overwrite lets replace; empty = none
 };
 
@@ -26,7 +26,7 @@ struct LiveOptions {
 struct LiveSummary {
     FileFacts file;
     Tier tier = Tier::Exact;
-    double seconds = 0; // from the first pose to the end of the last
+    double seconds = 0; // time between the first pose and the end of the last
     ServiceStats service;
     ServiceTrace trace;
     std::vector<std::string> devices; // names as on the command line

@@ -11,7 +11,7 @@
 //   decode   reads V (4 + 2 (F + 3 K) + 16 + 24)  list; features and offsets as halves; position; sizes
 //            writes S (32 + 8)          splat; depth and tile box
 //            matrix units 2 (V F 3 H + sum over eyes of V_e (v H + H 11 K))  FLOP: the features' part of the first
-//            layer is the same for both eyes; v = inputs that depend on the eye (direction, distance, level), of the
+//            layer is common to both eyes; v = inputs that depend on the eye (direction, distance, level), of the
 //            three heads together. An appearance is part of the bias.
 //   bin      reads 8 S, writes 8 P      depth and tile box; key of a pair
 //   sort     reads 8 P, writes 8 P
@@ -62,7 +62,7 @@ FrameWork leastWork(const AnchorCost& anchor, const EyeCounts* eyes, uint32_t ey
 // Ceiling of a device that sets a floor.
 enum class Bound { None, Memory, Lanes, Exponentials, Matrix };
 
-const char* boundName(Bound bound); // as in schemas/run.schema.json
+const char* boundName(Bound bound); // name in schemas/run.schema.json
 
 // Least time of a stage. All parts of a device can be busy at a time, so the slowest alone sets it.
 struct StageFloor {

@@ -15,9 +15,9 @@ namespace gsc {
 
 // Options and facts shared by all runs of a command.
 struct RunContext {
-    ViewChoice view;              // as on the command line
+    ViewChoice view;              // eyes and size on the command line
     DeviceChoice devices;         // limits of memory and threads; a run names its own backend
-    int appearance = -1;          // as on the command line
+    int appearance = -1;          // number on the command line
     std::string label, reference; // the backend of the exact images
     FileFacts file;
     uint64_t file_hash = 0;

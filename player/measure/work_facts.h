@@ -14,7 +14,7 @@ namespace gsc {
 
 // Facts beside the frames that the part needs.
 struct WorkContext {
-    FrameChoice frame; // as the frames were drawn
+    FrameChoice frame; // options of the frames
     uint32_t eyes = 1;
     uint64_t warm_bytes = 0; // most bytes that were resident in the warm-up; 0 = no warm-up
     AnchorCost anchor_cost;  // cost of the model's anchors

@@ -163,7 +163,7 @@ private:
     struct Task {
         const Path* path;
         const RunConfig* run;
-        uint64_t number; // from 0, counted over all shards
+        uint64_t number; // counted over all shards, first 0
     };
 
     // Sets the tasks, each once: trajectories may be listed twice, and two names of --backend may be one backend.

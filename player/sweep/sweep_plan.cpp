@@ -28,13 +28,13 @@ RunConfig collapsed(RunConfig run)
     }
     if (reuse.policy != ReusePolicy::Error)
         reuse.bound = defaults.bound;
-    if (reuse.policy == ReusePolicy::None) { // nothing is kept: every anchor is decoded
+    if (reuse.policy == ReusePolicy::None) { // without reuse every anchor is decoded
         reuse.decode_budget = 0;
         reuse.cache_bytes = 0;
         run.match_budget = false;
     }
     run.detail = run.detailPixels();
-    if (run.tier == Tier::Exact) // it ignores foveation
+    if (run.tier == Tier::Exact) // tier exact ignores foveation
         run.foveation = FoveationMode::None;
     return run;
 }

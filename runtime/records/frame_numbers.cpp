@@ -31,7 +31,7 @@ uint64_t mostOf(TimedFrames frames, uint64_t FrameResult::*field)
 uint64_t ofEyes(const TimedFrame& frame, uint64_t EyeCounts::*field)
 {
     uint64_t sum = 0;
-    for (const EyeCounts& eye : frame.result.eyes) // of an eye that is not there all are 0
+    for (const EyeCounts& eye : frame.result.eyes) // counts of an absent eye are 0
         sum += eye.*field;
     return sum;
 }

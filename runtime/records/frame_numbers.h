@@ -46,7 +46,7 @@ inline constexpr struct {
     {"groups_made", &CoarseCounts::made},
 };
 
-constexpr size_t kTestedCounts = 2; // the first two of kEyeCounts count what was tested, not what was drawn
+constexpr size_t kTestedCounts = 2; // the first two of kEyeCounts count tests, the others drawing
 
 struct TimedFrame {
     double wall_ms = 0; // milliseconds that the caller waited for the frame

@@ -78,7 +78,7 @@ struct CurveFacts {
     std::array<double, std::size(kTimedDetails)> detail_ms{}; // medians, tier fast
 };
 
-// A worker of a service: what it did and how long.
+// A worker of a service: counts and times of its work.
 struct WorkerFacts {
     std::string device, name, state;
     uint64_t parts = 0;

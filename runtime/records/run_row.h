@@ -25,7 +25,7 @@ struct RowConfig {
     bool cold = true;    // the caches were empty at the first of `frames`
     uint64_t frames_in_flight = 1;
     ReuseFacts reuse;
-    std::string tier;                                      // as requested, one of tiers()
+    std::string tier;                                      // requested tier, one of tiers()
     double lod_bias = 0, lod_fade = 0, lod_hysteresis = 0; // levels
     double detail = 0, fovea_pixels = 0;                   // pixels
     double target_ms = 0;                                  // frame time that LOD bias and detail are adjusted to

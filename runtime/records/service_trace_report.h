@@ -13,7 +13,7 @@ namespace gsc {
 
 constexpr const char* kServiceTraceSchema = "gsc.service-trace/1";
 
-// Trace of a service: options, totals, and what each worker and each pose did.
+// Trace of a service: options, totals, events, and the history of each worker and each pose.
 struct ServiceTraceReport {
     struct Options {
         std::string mode;                 // mode of ServiceOptions: "auto", "frame", "eye" or "split"

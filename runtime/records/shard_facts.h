@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run can be split into shards. Each row that a shard writes ends with a field "shard", which says which shard of
-// which run wrote it; gsc merge-runs takes that field away.
+// A run can be split into shards. Each row that a shard writes ends with a field "shard", which names the shard and
+// the run; gsc merge-runs removes the field.
 #pragma once
 
 #include "runtime/records/record.h"

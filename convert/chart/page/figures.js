@@ -100,7 +100,7 @@ var gscFigures = (function () {
       });
     });
 
-    // Labels with the numbers of the front. Coloured runs that would cover each other share a label; grey ones then have none.
+    // Labels with the numbers of the front. Coloured runs too near to each other share a label; grey ones then have none.
     function labelsOf(plot) {
       var placed = [], labels = {};
       function place(row) {
@@ -251,7 +251,7 @@ var gscFigures = (function () {
       {key: 'wall', name: 'frame time, ms', draw: plain, text: three}
     ];
     function isScore(kind) { return kind.key === 'psnr' || kind.key === 'temporal'; }
-    function valueAt(row, kind, frame) { // undefined where there is none
+    function valueAt(row, kind, frame) { // undefined without a value
       var frames = rows[row].frames;
       if (!isScore(kind)) return frames[kind.key][frame];
       return frames[kind.key][frames.listed.length ? frames.listed.indexOf(frame) : (frame - frames.first_scored) / frames.every_scored];

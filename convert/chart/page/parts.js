@@ -13,7 +13,7 @@ var gscParts = (function () {
     ramps: [['#ffffff', '#a5b0bb'], ['#ffd7a8', '#d0570a'], ['#c8e6ff', '#2374cc'], ['#8ce8c6', '#1d9468'], ['#f2b3d6', '#a94f86']]
   };
   var DASHES = ['solid', 'dashed', 'dotted'];
-  var SYMBOLS = {none: 'diamond', depth: 'rect', error: 'circle', detail: 'triangle'}; // shape and hue tell the method, shade and dash the run
+  var SYMBOLS = {none: 'diamond', depth: 'rect', error: 'circle', detail: 'triangle'}; // by shape and hue: the method; by shade and dash: the run
   var FONT = 'system-ui, Segoe UI, Roboto, Helvetica Neue, Arial, sans-serif'; // no quotes in it: ECharts writes it into attributes
   var BROKEN = -999; // decibels of an image with a pixel that is not finite
 

@@ -44,7 +44,7 @@ void keepWorst(Accuracy& kept, const Accuracy& other)
     keepWorse(kept.temporal, other.temporal);
     keepWorse(kept.ssim, other.ssim, std::less<>());
     keepWorse(kept.flip, other.flip, std::greater<>());
-    if (kept.fovea && other.fovea) { // repeats have the same cameras, and so the same parts
+    if (kept.fovea && other.fovea) { // repeats have equal cameras, so equal parts
         keepWorse(kept.fovea->inside, other.fovea->inside);
         keepWorse(kept.fovea->outside, other.fovea->outside);
     }
@@ -68,7 +68,7 @@ ChartRun folded(std::vector<ChartRun> group)
     row.least_ms = group.front().ms.wall.median;
     row.most_ms = group.back().ms.wall.median;
     for (const ChartRun& other : group)
-        if (row.accuracy && other.accuracy) // repeats score the same frames
+        if (row.accuracy && other.accuracy) // repeats score equal frames
             keepWorst(*row.accuracy, *other.accuracy);
     return row;
 }

@@ -19,7 +19,7 @@ struct ChartRun : RunRow {
 
 // Runs and curves of all input files.
 struct RunSet {
-    std::vector<ChartRun> rows;     // in the order of files and lines, a repeated run where it came first
+    std::vector<ChartRun> rows;     // in the order of files and lines, a repeated run in the place of its first row
     std::vector<std::string> notes; // lines that were left out, in words
     std::vector<ChartCurve> curves; // rows with the part "curve", which are no runs
     uint64_t skipped = 0;           // lines of another form
@@ -31,8 +31,8 @@ struct RunSet {
 // another version), Interrupted.
 void addRuns(std::string_view text, const std::string& path, RunSet& runs);
 // Joins the rows of one run (equal model, backend, device, sources, label and configuration) to one: the row in the middle
-// by median frame time, with the least and largest time and the worst accuracy of all. Of two in the middle the slower is
-// taken, with the means of their medians. Repeats come from different files, because a sweep does no run again that its
+// by median frame time, with the least and largest time and the worst accuracy of all. If two are in the middle, the slower
+// is taken, with the means of their medians. Repeats come from different files, because a sweep does no run again that its
 // file has. To be called once, after the last file.
 void foldRepeats(RunSet& runs);
 
