@@ -235,21 +235,24 @@ ErrorCode runChart(const ChartOptions& options, Reporter& report)
 void addChartCommand(CLI::App& app, Invocation& invocation)
 {
     auto options = std::make_shared<ChartOptions>();
-    CLI::App& command = addCommand(
-        app, "chart",
-        "Draw measurements as one HTML page: speed against accuracy, the trace of a service, or the cost of quality");
+    CLI::App& command = addCommand(app, "chart",
+                                   "Draw measurements as one HTML page: speed and accuracy of runs, a trace of a "
+                                   "service, or size against quality");
     addTexts(
         command, "RUNS", options->inputs, "FILE.jsonl...",
-        "rows of gsc-play bench --out, gsc-play stability --format json or gsc bake --curve, or traces of services; "
-        "- is standard input")
+        "measurements from gsc-play bench --out, gsc-play stability --format json or gsc bake --curve, or traces from "
+        "gsc-play live --trace; - is standard input")
         .required();
-    addText(command, "-o,--output", options->output, "FILE.html", "page to write; - is standard output").required();
+    addText(command, "-o,--output", options->output, "FILE.html", "HTML page to write; - is standard output")
+        .required();
     addFlag(command, "-w,--overwrite", options->overwrite, "replace files that exist");
-    addText(command, "--figures", options->figures, "DIR", "write every figure there too, as SVG and PNG");
+    addText(command, "--figures", options->figures, "DIR",
+            "folder for every figure of the page as SVG and PNG, besides the page");
     addReporterOptions(command, invocation.reporter, true);
-    setFooter(command, "The page needs no network. Prints nothing on success. Lines of another form are\n"
-                       "skipped and told. A run measured again, in another file, is a repeat: the time\n"
-                       "in the middle is drawn, with the spread of all and the worst accuracy of all.\n"
+    setFooter(command, "The page needs no network. Lines with another kind of JSON are skipped, with a\n"
+                       "warning. Runs with equal settings in several files are repeats of one run: the\n"
+                       "page shows the one in the middle by time, the least and the largest time, and\n"
+                       "the worst accuracy.\n"
                        "\n"
                        "examples:\n"
                        "  gsc chart runs.jsonl -o report.html\n"

@@ -71,22 +71,23 @@ ErrorCode runMerge(const MergeOptions& options, Reporter& report)
 void addMergeRunsCommand(CLI::App& app, Invocation& invocation)
 {
     auto options = std::make_shared<MergeOptions>();
-    CLI::App& command = addCommand(app, "merge-runs", "Join the files that the shards of gsc-play --shard wrote");
+    CLI::App& command = addCommand(app, "merge-runs", "Join the results of all shards of gsc-play --shard in one file");
     addTexts(command, "ROWS", options->inputs, "FILE.jsonl...",
-             "files that the shards wrote: --stats of frames, --out of a sweep or of stability; - is standard input")
+             "files of the shards: --stats of pictures, or --out of a sweep or of gsc-play stability; - is standard "
+             "input")
         .required();
     addText(command, "-o,--output", options->output, "FILE",
-            "file to write, as a run without shards would have; - is standard output")
+            "file to write, equal to that of a run without shards; - is standard output")
         .required();
     addFlag(command, "-w,--overwrite", options->overwrite, "replace a file that exists");
     addFlag(command, "--allow-missing", options->allow_missing,
-            "join the rows that are there, such as where a backend left runs of a sweep out")
+            "also join if results are missing, such as runs of a sweep that a backend cannot draw")
         .rare();
     addReporterOptions(command, invocation.reporter, false);
-    setFooter(command, "Rows stand in the order of the run, whatever the order of the files. Refused: a\n"
-                       "task without a row or with two, and rows of another model, configuration, number\n"
-                       "of shards or version of gsc-play. Exit code: 8 where a trajectory of gsc-play\n"
-                       "stability exceeds a bound, after the rows are written.\n"
+    setFooter(command, "Results are written in the order of the run; the order of the files is free. A\n"
+                       "result that is missing or there twice is an error, and so are files that differ\n"
+                       "in model, settings, number of shards or version of gsc-play. Exits with 8, after\n"
+                       "writing, if a trajectory of gsc-play stability exceeds a bound.\n"
                        "\n"
                        "example:\n"
                        "  gsc merge-runs shard_*.jsonl -o runs.jsonl && \\\n"

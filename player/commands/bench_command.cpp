@@ -18,46 +18,53 @@ namespace {
 
 constexpr const char* kBenchExamples = R"(examples:
   gsc-play bench room.gsc --size 1920x1080
-      300 frames round the stored cameras after 50 of warm-up, as a table
+      measures 300 frames over the stored cameras, after 50 frames of warm-up
   gsc-play bench city.gsc --cameras flight.json --eyes 2 --ipd 0.065 \
       --size 2048x2048 --fov 90 --quality 16 --out b.jsonl
-      two eyes on a path, 16 frames scored against the tier exact, a line added
-      to b.jsonl
+      two eyes on a path, 16 frames compared with exact pictures; adds a line to
+      b.jsonl
   gsc-play bench room.gsc --sweep sweep.json --out runs.jsonl
-      every combination of reuse, bounds and budgets that sweep.json asks for;
-      gsc chart draws runs.jsonl
+      one run for every combination of settings in sweep.json; `gsc chart` draws
+      runs.jsonl
 
-Images stay on the device. Times of stages are the device's own, `wall` is what
-the caller waits for a frame, or with two in flight from frame to frame. A sweep
-scores every frame: a backend on the host is timed and scored in one pass,
-scoring outside the times; any other is timed first and renders again for the
-scores.)";
+Images stay on the device. Times of stages are measured by the device; `wall` is
+the time from submitting a frame to its end, or with more frames in flight the
+time from frame to frame. A sweep compares every frame with an exact one and
+leaves that out of the times; a GPU draws the path again for it.)";
 
 void addBenchOptions(CLI::App& app, BenchOptions& options)
 {
     const Heading heading(app, "Measuring");
     constexpr int64_t kMany = 1000000;
-    addInteger(app, "--warmup", options.warmup, 0, kMany, "N (default: 50)", "frames before the measured ones");
+    addInteger(app, "--warmup", options.warmup, 0, kMany, "N (default: 50)",
+               "frames to draw before the measured ones, which fill caches and raise the clocks");
     addInteger(app, "--measure", options.measured, 1, kMany, "N (default: 300)",
-               "frames to measure, going round the cameras");
-    addInteger(app, "--frames-in-flight", options.in_flight, 1, 256, "N (default: 1)",
-               "frames submitted before the first is waited for, at most 2 or 3 for each device: 2 leave one device no "
-               "pause between frames, 3 for each device where several take turns")
+               "frames to measure; they take the cameras in turn, again and again");
+    addInteger(
+        app, "--frames-in-flight", options.in_flight, 1, 256, "N (default: 1)",
+        "frames submitted before the first is waited for, at most 2 or 3 for each device; with 2 a device has no "
+        "pause between frames, with 3 for each none of several devices has")
         .rare();
     addInteger(app, "--quality", options.quality, 0, kMany, "N (default: 0)",
-               "cameras to score against the tier exact, spread over all; with reuse, --detail, --lod-hysteresis or "
-               "--target-ms the path is played up to the last scored one");
+               "cameras whose pictures are compared with exact ones, evenly spread over all; 0 = none. With reuse, "
+               "--detail, --lod-hysteresis or --target-ms the path is drawn up to the last of them");
     addScoreFrames(app, options.score);
     for (const char* option : {"--score-every", "--score-first"})
         optionOf(app, option).excludes(optionOf(app, "--quality"));
-    addBackend(app, "--reference", options.reference, false, "backend that renders exact for scores").rare();
-    addText(app, "--label", options.label, "TEXT", "text for the report, such as what changed").rare();
-    addText(app, "--out", options.out, "FILE.jsonl",
-            "file to add one row to (schemas/run.schema.json), which gsc chart draws; - is standard output");
-    OptionHandle sweep = addText(app, "--sweep", options.sweep, "FILE.json",
-                                 "run every combination that the file asks for (schemas/sweep.schema.json), each from "
-                                 "a cold start, scored against exact; a row for each is added to --out, "
-                                 "from which a sweep that was stopped goes on");
+    addBackend(app, "--reference", options.reference, false,
+               "backend that draws the exact pictures (default: the measured one)")
+        .rare();
+    addText(app, "--label", options.label, "TEXT", "free text for the report, such as the change that is measured")
+        .rare();
+    addText(
+        app, "--out", options.out, "FILE.jsonl",
+        "file to add the result to, as a line of JSON (schemas/run.schema.json), which gsc chart draws; - is standard "
+        "output");
+    OptionHandle sweep =
+        addText(app, "--sweep", options.sweep, "FILE.json",
+                "measure every combination of the settings in a file (schemas/sweep.schema.json), each with "
+                "empty caches at its start and compared with exact pictures; each adds a line to --out. A "
+                "sweep that was stopped continues there: it skips the runs in --out");
     for (const char* fixed : {"--cameras", "--frames", "--warmup", "--measure", "--quality", "--score-every",
                               "--score-first", "--target-ms", "--frames-in-flight", "--gpus", "--devices"})
         sweep.excludes(optionOf(app, fixed)); // set in the file of the sweep

@@ -257,7 +257,7 @@ void addScoreFrames(CLI::App& app, ScoreOptions& score)
 {
     constexpr int64_t kMany = 1000000;
     addInteger(app, "--score-every", score.every, 1, kMany, "N (default: 1)",
-               "score every N-th frame against the tier exact")
+               "compare every N-th frame with exact pictures: PSNR and other scores")
         .rare();
     addInteger(app, "--score-first", score.first, 0, kMany, "N (default: 0)", "number of the first frame to score")
         .rare();

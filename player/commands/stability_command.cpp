@@ -16,32 +16,35 @@ constexpr const char* kStabilityExamples = R"(example:
   gsc sample paths room.gsc -o paths
   gsc-play stability room.gsc --trajectories paths --size 640x480 \
       --backend cpu --reuse error
-      every breaking path, each frame against the tier exact; exit code 8 if one
-      passes a bound)";
+      draws all paths, which are hard for reuse, and compares each frame with
+      an exact picture; exit code 8 if a bound is exceeded)";
 
 void addStabilityOptions(CLI::App& app, StabilityOptions& options)
 {
     const Heading heading(app, "Judging");
     constexpr int64_t kMany = 1000000;
     constexpr double kMost = 1e9;
-    addTexts(app, "--trajectories", options.trajectories, "FILE.json|DIR", "camera files, or folders of them");
+    addTexts(app, "--trajectories", options.trajectories, "FILE.json|DIR",
+             "camera files to draw, or folders of them, such as gsc sample paths makes");
     addInteger(app, "--warmup", options.warmup, 0, kMany, "N (default: 5)",
-               "frames at the start of each trajectory that are not timed");
-    addBackend(app, "--reference", options.reference, false, "backend that renders exact").rare();
+               "frames at the start of each trajectory that statistics of time leave out");
+    addBackend(app, "--reference", options.reference, false,
+               "backend that draws the exact pictures (default: the tested one)")
+        .rare();
     addScoreFrames(app, options.score);
     addNumber(app, "--bound-psnr", options.bound_psnr, {0, 1000}, " dB", "DB (default: 50)",
-              "least PSNR of any frame against exact; 0 = no bound")
+              "least PSNR that a frame may have, compared with exact pictures; 0 = no bound")
         .rare();
-    addNumber(
-        app, "--bound-temporal", options.bound_temporal, {0, kMost}, " medians", "X (default: 2)",
-        "largest change of the error image from one frame to the next, in medians of the trajectory; 0 = no bound")
+    addNumber(app, "--bound-temporal", options.bound_temporal, {0, kMost}, " medians", "X (default: 2)",
+              "most that the error of a picture may change from one frame to the next, as a multiple of the "
+              "trajectory's median change; less allows less flicker; 0 = no bound")
         .rare();
     addNumber(app, "--bound-p99", options.bound_p99, {0, kMost}, " medians", "X (default: 0)",
-              "largest p99 of the frame time, in medians; 0 = no bound")
+              "time that at most 1 of 100 frames may exceed, as a multiple of the median frame time; 0 = no bound")
         .rare();
     addText(app, "--out", options.out, "FILE.jsonl",
-            "with --shard: file to write a row to for each trajectory (schemas/run.schema.json); a shard "
-            "that was stopped goes on there. gsc merge-runs judges the bounds, and exits with 8 if one is passed");
+            "with --shard: file for the results, a line of JSON for each trajectory (schemas/run.schema.json); a shard "
+            "that was stopped continues there. gsc merge-runs joins the files and exits with 8 if a bound is exceeded");
     addShard(app, options.play, "the trajectories", "--out");
 }
 
@@ -63,7 +66,7 @@ ErrorCode runStability(const StabilityOptions& options, Reporter& report)
 void addStabilityCommand(CLI::App& root, Invocation& invocation)
 {
     auto options = std::make_shared<StabilityOptions>();
-    CLI::App& command = addCommand(root, "stability", "Test that the pictures of trajectories hold still");
+    CLI::App& command = addCommand(root, "stability", "Test the pictures of trajectories for errors and flicker");
     addFile(command, options->play);
     optionOf(command, "FILE").required();
     addStabilityOptions(command, *options);

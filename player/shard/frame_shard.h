@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of a shard of gsc-play render, without the frames that it had drawn before it was stopped.
+// Frames that a shard draws, without the frames that it had drawn before it was stopped.
 #pragma once
 
 #include "player/options/play_options.h"
