@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "format/numbers/count_text.h"
 #include "convert/commands/command.h"
 
 #include "convert/merge/merge_runs.h"
@@ -47,17 +48,16 @@ ErrorCode runMerge(const MergeOptions& options, Reporter& report)
         merger.add(readInputText(input, kMaxRows, "rows of gsc-play --shard"), input);
     const MergedRuns merged = merger.finish(options.allow_missing);
     if (!merged.missing.empty())
-        report.warning(formatString("%zu of %llu tasks have no row", merged.missing.size(),
-                                    static_cast<unsigned long long>(merged.tasks)));
+        report.warning(formatString("%s of %s have no row", formatCount(merged.missing.size()).c_str(),
+                                    formatCount(merged.tasks, "task").c_str()));
     if (merged.devices.size() > 1)
         report.warning(formatString("the shards ran on %zu kinds of devices (%s, %s%s): their times are not to be "
                                     "compared",
                                     merged.devices.size(), merged.devices[0].c_str(), merged.devices[1].c_str(),
                                     merged.devices.size() > 2 ? ", ..." : ""));
     if (merged.exceeded > 0)
-        report.warning(formatString("%llu of %llu trajectories exceed a bound",
-                                    static_cast<unsigned long long>(merged.exceeded),
-                                    static_cast<unsigned long long>(merged.rows)));
+        report.warning(formatString("%s of %s exceed a bound", formatCount(merged.exceeded).c_str(),
+                                    formatCount(merged.rows, "trajectory", "trajectories").c_str()));
     writeTextFile(options.output, merged.text, options.overwrite);
     if (report.json())
         report.object(mergeReport(options, merged, report));

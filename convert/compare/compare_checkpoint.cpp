@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/compare/compare_checkpoint.h"
 
+#include "format/numbers/count_text.h"
 #include "convert/input/model_names.h"
 #include "convert/survey/chunk_values.h"
 #include "convert/write/anchor_check.h"
@@ -176,11 +177,11 @@ private:
         });
         m_report.anchors = std::min<uint64_t>(row, m_view.index.size());
         if (row != m_view.index.size())
-            problem(formatString("the checkpoint has %llu anchors, the file %llu", (unsigned long long)row,
-                                 (unsigned long long)m_view.index.size()));
+            problem(formatString("the checkpoint has %s, the file %s", formatCount(row, "anchor").c_str(),
+                                 formatCount(m_view.index.size()).c_str()));
         if (skipped != m_report.dropped)
-            problem(formatString("%llu anchors of the checkpoint cannot be shown, the file left out %llu",
-                                 (unsigned long long)skipped, (unsigned long long)m_report.dropped));
+            problem(formatString("%s of the checkpoint cannot be shown, the file left out %s",
+                                 formatCount(skipped, "anchor").c_str(), formatCount(m_report.dropped).c_str()));
         m_report.attributes.insert(m_report.attributes.end(), found.begin(), found.end());
     }
 
@@ -227,8 +228,9 @@ private:
     void compareCameras()
     {
         if (m_checkpoint.cameras.size() != m_view.cameras.size()) {
-            problem(formatString("the checkpoint has %zu cameras, the file %zu", m_checkpoint.cameras.size(),
-                                 m_view.cameras.size()));
+            problem(formatString("the checkpoint has %s, the file %s",
+                                 formatCount(m_checkpoint.cameras.size(), "camera").c_str(),
+                                 formatCount(m_view.cameras.size()).c_str()));
             return;
         }
         for (size_t i = 0; i < m_view.cameras.size(); ++i) {
@@ -273,10 +275,9 @@ std::string CompareReport::summary() const
     std::string text;
     for (const AttributeDifference& a : attributes)
         if (a.different)
-            text +=
-                formatString("%s%llu of %llu values of %s differ, by %g at most, first at %llu",
-                             text.empty() ? "" : "; ", (unsigned long long)a.different, (unsigned long long)a.compared,
-                             a.name.c_str(), a.max_abs, (unsigned long long)a.first);
+            text += formatString("%s%s of %s of %s differ, by %g at most, first at %llu", text.empty() ? "" : "; ",
+                                 formatCount(a.different).c_str(), formatCount(a.compared, "value").c_str(),
+                                 a.name.c_str(), a.max_abs, (unsigned long long)a.first);
     for (const std::string& p : problems)
         text += (text.empty() ? "" : "; ") + p;
     return text.empty() ? "no difference" : text;

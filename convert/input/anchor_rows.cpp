@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // From rows of a PLY to the arrays of an AnchorBatch.
+#include "format/numbers/count_text.h"
 #include "convert/input/ply_reader.h"
 
 #include <gsc/error.h>
@@ -158,7 +159,7 @@ AnchorColumns findAnchorColumns(const PlyHeader& header, const std::string& name
     if (!columns.info.empty() && columns.level.empty())
         throwMissing(name, "column 'info' is there, but column 'level' is missing");
     if (offsets.empty() || offsets.size() % 3 != 0)
-        throwMissing(name, formatString("%zu columns f_offset_<n>, a multiple of 3 is needed", offsets.size()));
+        throwMissing(name, formatCount(offsets.size(), "column") + " f_offset_<n>, a multiple of 3 is needed");
     // Trap 6: the file is axis-major (axis * K + k), everything after it k-major (3 k + axis).
     const size_t k_count = offsets.size() / 3;
     for (size_t i = 0; i < offsets.size(); ++i)
@@ -166,10 +167,10 @@ AnchorColumns findAnchorColumns(const PlyHeader& header, const std::string& name
     if (columns.feature.empty())
         throwMissing(name, "no columns f_anchor_feat_<n>");
     if (columns.scale.size() != 6)
-        throwMissing(name, formatString("%zu columns scale_<n>, 6 are needed", columns.scale.size()));
+        throwMissing(name, formatCount(columns.scale.size(), "column") + " scale_<n>, 6 are needed");
     if (columns.rotation.size() != 4)
-        throwMissing(name, formatString("%zu columns rot_<n>, 4 are needed (the SIBR viewer's crop tool loses them)",
-                                        columns.rotation.size()));
+        throwMissing(name, formatCount(columns.rotation.size(), "column") +
+                               " rot_<n>, 4 are needed (the SIBR viewer's crop tool loses them)");
     return columns;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/input/checkpoint.h"
 
+#include "format/numbers/count_text.h"
 #include "convert/input/checkpoint_cameras.h"
 #include "convert/input/checkpoint_files.h"
 #include "convert/input/checkpoint_model.h"
@@ -91,8 +92,9 @@ Checkpoint readCheckpoint(const std::string& path, const CheckpointOptions& opti
         throw Error(ErrorCode::InvalidFile, files.ply, "has no vertices", "at least one anchor", "train longer");
     if (columns.feature.size() > 1024 || columns.offset.size() > 3 * 256)
         throw Error(ErrorCode::Unsupported, files.ply,
-                    formatString("has %zu feature values and %zu offsets per anchor", columns.feature.size(),
-                                 columns.offset.size() / 3),
+                    formatString("has %s and %s per anchor",
+                                 formatCount(columns.feature.size(), "feature value").c_str(),
+                                 formatCount(columns.offset.size() / 3, "offset").c_str()),
                     "at most 1024 and 256", "train with fewer");
     checkpoint.anchor_count = ply.header().row_count;
     checkpoint.feat_dim = uint32_t(columns.feature.size());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The MLPs and the appearance embedding, from any of the three containers the trainers have used.
+#include "format/numbers/count_text.h"
 #include "convert/input/checkpoint_model.h"
 
 #include "convert/input/input_file.h"
@@ -63,10 +64,10 @@ LinearLayer readLayer(const TorchArchive& archive, const std::string& prefix, co
     if (weight.shape[0] == 0 || weight.shape[1] == 0 || weight.shape[0] > most || weight.shape[1] > most ||
         bias.shape[0] != weight.shape[0])
         throw Error(ErrorCode::InvalidFile, path,
-                    formatString("'%sweight' is %llu x %llu and its bias has %llu values", prefix.c_str(),
+                    formatString("'%sweight' is %llu x %llu and its bias has %s", prefix.c_str(),
                                  static_cast<unsigned long long>(weight.shape[0]),
                                  static_cast<unsigned long long>(weight.shape[1]),
-                                 static_cast<unsigned long long>(bias.shape[0])),
+                                 formatCount(bias.shape[0], "value").c_str()),
                     "one per row", "pass the files the trainer wrote");
     return {uint32_t(weight.shape[1]), uint32_t(weight.shape[0]), weight.values, bias.values};
 }

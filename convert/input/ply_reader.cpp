@@ -2,6 +2,7 @@
 #include "convert/input/ply_reader.h"
 
 #include <gsc/error.h>
+#include "format/numbers/count_text.h"
 
 #include <algorithm>
 #include <charconv>
@@ -101,15 +102,13 @@ void checkBody(const PlyHeader& header, bool alone, uint64_t file_bytes, const s
     // note: a division, because the count is hostile and a product could wrap
     if (header.row_count > body / header.row_bytes)
         throwInvalid(name,
-                     formatString("header promises %llu rows of %u bytes, the file has %llu bytes left for them",
-                                  static_cast<unsigned long long>(header.row_count), header.row_bytes,
-                                  static_cast<unsigned long long>(body)),
+                     formatString("header promises %s of %s, the file has %s left for them",
+                                  formatCount(header.row_count, "row").c_str(),
+                                  formatCount(header.row_bytes, "byte").c_str(), formatCount(body, "byte").c_str()),
                      "all rows", "the file is cut short, copy it again");
     const uint64_t extra = body - header.row_count * header.row_bytes;
     if (extra != 0 && alone)
-        throwInvalid(name,
-                     formatString("%llu bytes follow the last of %llu rows", static_cast<unsigned long long>(extra),
-                                  static_cast<unsigned long long>(header.row_count)),
+        throwInvalid(name, formatCount(extra, "byte") + " behind the last of " + formatCount(header.row_count, "row"),
                      "none");
 }
 

@@ -2,6 +2,7 @@
 #include "convert/merge/merge_runs.h"
 
 #include <gsc/error.h>
+#include "format/numbers/count_text.h"
 #include "runtime/records/row_lines.h"
 
 #include <algorithm>
@@ -134,8 +135,8 @@ MergedRuns RunMerger::finish(bool allow_missing) const
             if (!shards.contains(shard))
                 silent.push_back(shard);
         throw Error(ErrorCode::InvalidFile, "gsc merge-runs",
-                    formatString("%zu of %llu tasks have no row: %s%s", merged.missing.size(),
-                                 static_cast<unsigned long long>(m_tasks), listOf(merged.missing).c_str(),
+                    formatString("%s of %s have no row: %s%s", formatCount(merged.missing.size()).c_str(),
+                                 formatCount(m_tasks, "task").c_str(), listOf(merged.missing).c_str(),
                                  silent.empty() ? "" : (" (no row of shard " + listOf(silent) + ")").c_str()),
                     "all", "start the shards again that have not ended, or pass --allow-missing");
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/sample/replicate_source.h"
 
+#include "format/numbers/count_text.h"
 #include "convert/survey/grid_fit.h"
 #include <gsc/error.h>
 #include <gsc/interrupt.h>
@@ -108,9 +109,10 @@ ReplicateSource readReplicateSource(const Checkpoint& cp)
         }
     }
     if (seen.size() < 100)
-        throw Error(ErrorCode::Usage, cp.model_path,
-                    formatString("%zu anchors are seen by %u training cameras", seen.size(), kMinViews), "at least 100",
-                    "replicate needs a model of the ground from the air");
+        throw Error(
+            ErrorCode::Usage, cp.model_path,
+            formatString("%s seen by %u training cameras", formatCount(seen.size(), "anchor").c_str(), kMinViews),
+            "at least 100", "replicate needs a model of the ground from the air");
     ReplicateSource source;
     source.octree = cp.family == ModelFamily::OctreeGs;
     source.row_floats = 3 + 3 + 3 * cp.n_offsets + cp.feat_dim + 1 + 6 + 4;

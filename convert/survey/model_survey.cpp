@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/survey/model_survey.h"
 
+#include "format/numbers/count_text.h"
 #include "convert/survey/chunk_values.h"
 #include <gsc/error.h>
 #include <gsc/interrupt.h>
@@ -175,7 +176,7 @@ ModelSurvey surveyPoints(const GscView& view, std::vector<dvec3> points, const s
     survey.points = std::move(points);
     if (survey.points.size() < kLeastAnchors)
         throw Error(ErrorCode::Unsupported, name,
-                    formatString("%zu anchors with a finite position", survey.points.size()),
+                    formatCount(survey.points.size(), "anchor") + " with a finite position",
                     formatString("at least %zu", kLeastAnchors), "there is nothing to move about in");
     survey.cameras = storedCameras(view);
     const std::vector<SourceCamera>& cameras = survey.cameras;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/write/distribute.h"
 
+#include "format/numbers/count_text.h"
 #include "convert/write/anchor_record.h"
 #include "convert/write/batch_stream.h"
 #include <gsc/error.h>
@@ -45,8 +46,8 @@ public:
             flush(chunk);
             if (m_buffers[chunk].written != m_chunks[chunk].anchor_count)
                 throw Error(ErrorCode::InvalidFile, formatString("chunk %u", chunk),
-                            formatString("gets %u anchors", m_buffers[chunk].written),
-                            formatString("the %u the scan counted", m_chunks[chunk].anchor_count),
+                            "gets " + formatCount(m_buffers[chunk].written, "anchor"),
+                            formatString("the %s the scan counted", formatCount(m_chunks[chunk].anchor_count).c_str()),
                             "convert again while nobody changes the checkpoint");
             m_buffers[chunk].bytes = {};
         }

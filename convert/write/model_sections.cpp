@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/write/model_sections.h"
 
+#include "format/numbers/count_text.h"
 #include "convert/input/model_names.h"
 #include <gsc/error.h>
 #include <gsc/half.h>
@@ -159,7 +160,7 @@ std::vector<uint32_t> keptEmbeddingRows(const Checkpoint& checkpoint, int appear
         return all;
     if (!std::ranges::binary_search(all, uint32_t(appearance)))
         throw Error(ErrorCode::Usage, formatString("--appearance %d", appearance),
-                    formatString("the embedding has %u rows", rows), formatString("%u to %u", all.front(), all.back()),
+                    "the embedding has " + formatCount(rows, "row"), formatString("%u to %u", all.front(), all.back()),
                     "pass one of these or leave it out");
     return {uint32_t(appearance)};
 }

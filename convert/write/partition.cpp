@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/write/partition.h"
 
+#include "format/numbers/count_text.h"
 #include "convert/write/model_sections.h"
 #include "convert/write/spatial_index.h"
 #include <gsc/error.h>
@@ -266,11 +267,11 @@ Partition planPartition(AnchorSource& source, ScanResult& scan, const Checkpoint
         choose(partition, check, chunk_anchors);
         exact = !isTooFine(partition, scan.kept, chunk_anchors);
         if (!exact)
-            partition.warnings.push_back(formatString(
-                "the voxel grid (voxel size %.9g) is too fine for the extent of the model: %zu chunks of %llu anchors "
-                "on average; %s",
-                double(partition.grid.voxel_size), partition.chunks.size(),
-                (unsigned long long)(scan.kept / partition.chunks.size()), kStoredAsFloats));
+            partition.warnings.push_back(
+                formatString("the voxel grid (voxel size %.9g) is too fine for the extent of the model: %s of %s on "
+                             "average; %s",
+                             double(partition.grid.voxel_size), formatCount(partition.chunks.size(), "chunk").c_str(),
+                             formatCount(scan.kept / partition.chunks.size(), "anchor").c_str(), kStoredAsFloats));
     }
     if (!exact) {
         setFloatGrid(partition);

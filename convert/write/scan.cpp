@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/write/scan.h"
 
+#include "format/numbers/count_text.h"
 #include "convert/write/anchor_check.h"
 #include "convert/write/batch_stream.h"
 #include <gsc/error.h>
@@ -65,23 +66,22 @@ public:
             }
         const char* name = m_checkpoint.ply_path.c_str();
         if (m_result.rows != m_checkpoint.anchor_count)
-            throw Error(ErrorCode::InvalidFile, name,
-                        formatString("holds %llu anchors", (unsigned long long)m_result.rows),
-                        formatString("%llu as its header says", (unsigned long long)m_checkpoint.anchor_count),
+            throw Error(ErrorCode::InvalidFile, name, "holds " + formatCount(m_result.rows, "anchor"),
+                        formatCount(m_checkpoint.anchor_count) + " as its header says",
                         "it is truncated or was changed while being read");
         if (invalid && !m_drop_invalid)
             throw Error(ErrorCode::InvalidFile, name,
-                        formatString("%llu of %llu anchors cannot be shown: %s", (unsigned long long)invalid,
-                                     (unsigned long long)m_result.rows, text.c_str()),
+                        formatString("%s of %s cannot be shown: %s", formatCount(invalid).c_str(),
+                                     formatCount(m_result.rows, "anchor").c_str(), text.c_str()),
                         "finite values", "pass --drop-invalid to leave them out");
         if (m_result.kept == 0)
             throw Error(ErrorCode::InvalidFile, name, "has no anchor that can be shown", "at least one",
                         "train the model again");
         if (invalid)
-            m_result.warnings.push_back(formatString("%llu of %llu anchors were left out: %s; source indices count "
+            m_result.warnings.push_back(formatString("%s of %s were left out: %s; source indices count "
                                                      "the remaining anchors",
-                                                     (unsigned long long)invalid, (unsigned long long)m_result.rows,
-                                                     text.c_str()));
+                                                     formatCount(invalid).c_str(),
+                                                     formatCount(m_result.rows, "anchor").c_str(), text.c_str()));
     }
 
 private:

@@ -2,6 +2,7 @@
 #include "player/measure/bench_scores.h"
 
 #include <gsc/error.h>
+#include "format/numbers/count_text.h"
 #include "player/devices/open_renderer.h"
 #include "player/frames/lod_target.h"
 #include "player/measure/scorer.h"
@@ -70,8 +71,8 @@ private:
             memoryToKeep(bytes, m_renderer.id(), !m_place.on_device, m_renderer);
         if (memory == nullptr)
             throw Error(ErrorCode::OutOfMemory, "--quality, --score-every",
-                        formatString("the pictures of %llu cameras take %.1f GiB while the path is played",
-                                     static_cast<unsigned long long>(count), double(bytes) / double(1 << 30)),
+                        formatString("the pictures of %s take %.1f GiB while the path is played",
+                                     formatCount(count, "camera").c_str(), double(bytes) / double(1 << 30)),
                         "at most an eighth of the memory", "score fewer");
         std::map<uint64_t, FramePictures> played;
         m_renderer.dropCaches();

@@ -26,7 +26,9 @@ void stopIfInterrupted(size_t frames, const PlaySummary& summary, const PlayOpti
         return;
     const bool goes_on = options.shard.isGiven();
     throw Error(ErrorCode::Interrupted, "interrupted",
-                formatString("stopped after %zu of %zu frames", summary.frames.size(), frames), "to run to the end",
+                formatString("stopped after %s of %s", formatCount(summary.frames.size()).c_str(),
+                             formatCount(frames, "frame").c_str()),
+                "to run to the end",
                 formatString("run it again%s (%s written, all complete, and %s)", goes_on ? " to go on" : "",
                              formatCount(summary.images.size(), "image").c_str(),
                              goes_on ? ("their lines are in " + options.output.stats).c_str() : "no statistics file"));

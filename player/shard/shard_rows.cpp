@@ -3,6 +3,7 @@
 
 #include <gsc/error.h>
 #include <gsc/file/output_file.h>
+#include "format/numbers/count_text.h"
 
 #include <filesystem>
 
@@ -24,13 +25,13 @@ void checkShardRow(const ShardFacts& row, const ShardFacts& expected, const std:
     else if (row.model != expected.model)
         is = "another model";
     else if (row.tasks != expected.tasks)
-        is = formatString("a run of %llu tasks", number(row.tasks));
+        is = "a run of " + formatCount(row.tasks, "task");
     else if (row.set != expected.set)
         is = "other options, cameras or another version of gsc-play";
     if (!is.empty())
         throw Error(ErrorCode::Usage, path, "has rows of " + is,
-                    formatString("those of shard %llu/%llu of this run of %llu tasks", number(expected.index),
-                                 number(expected.count), number(expected.tasks)),
+                    formatString("those of shard %llu/%llu of this run of %s", number(expected.index),
+                                 number(expected.count), formatCount(expected.tasks, "task").c_str()),
                     formatString("give every shard of every run its own %s", option));
 }
 

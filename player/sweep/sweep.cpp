@@ -154,7 +154,8 @@ public:
     {
         const bool is_kept = !out.empty() && !isStandardOutput(out);
         throw Error(ErrorCode::Interrupted, "interrupted",
-                    formatString("%zu of %zu runs are done%s", m_runs_done, m_tasks.size(),
+                    formatString("%s of %s are done%s", formatCount(m_runs_done).c_str(),
+                                 formatCount(m_tasks.size(), "run").c_str(),
                                  is_kept ? (" and in " + out + ", all complete").c_str() : ""),
                     "to run to the end", is_kept ? "the same command goes on there" : "run it again");
     }

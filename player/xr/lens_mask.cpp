@@ -2,6 +2,7 @@
 #include "player/xr/lens_mask.h"
 
 #include <gsc/error.h>
+#include "format/numbers/count_text.h"
 
 #include <algorithm>
 #include <array>
@@ -119,12 +120,13 @@ std::string meshFault(const HiddenMesh& mesh)
     if (!mesh.fault.empty())
         return mesh.fault;
     if (mesh.indices.size() % 3 != 0)
-        return formatString("has %zu indices, expected three of each triangle", mesh.indices.size());
+        return "has " + formatCount(mesh.indices.size(), "index", "indices") + ", expected three of each triangle";
     if (mesh.indices.size() / 3 > kMostTriangles) // the frame loop waits for it
         return formatString("has %zu triangles, expected at most %zu", mesh.indices.size() / 3, kMostTriangles);
     for (const uint32_t index : mesh.indices)
         if (index >= mesh.vertices.size())
-            return formatString("has an index of %u, expected one of its %zu corners", index, mesh.vertices.size());
+            return formatString("has an index of %u, expected one of %s", index,
+                                formatCount(mesh.vertices.size(), "corner").c_str());
     for (const auto& [right, up] : mesh.vertices)
         if (!std::isfinite(right) || !std::isfinite(up))
             return formatString("has a corner at %g, %g, expected finite numbers", double(right), double(up));

@@ -2,6 +2,7 @@
 #include "runtime/backend/frame_checks.h"
 
 #include <gsc/error.h>
+#include "format/numbers/count_text.h"
 #include "kernels/math/mlp.h"
 
 namespace gsc {
@@ -182,8 +183,8 @@ void checkRequest(const ModelView& model, const FrameRequest& request, bool on_h
     }
     if (!request.targets.empty() && request.targets.size() != request.eyes.size())
         throw Error(ErrorCode::Usage, "frame",
-                    formatString("%zu targets for %u eyes", request.targets.size(), eye_count), "one for each or none",
-                    "correct them");
+                    formatCount(request.targets.size(), "target") + " for " + formatCount(eye_count, "eye"),
+                    "one for each or none", "correct them");
     for (size_t e = 0; e < request.targets.size(); ++e)
         checkTarget(request.targets[e], request.eyes[e], on_host);
 }

@@ -89,7 +89,8 @@ Image readOiioImage(const std::string& path)
         throw Error(ErrorCode::InvalidFile, path, formatString("is %d x %d pixels", spec.width, spec.height),
                     formatString("1 to %d each", kMaxSide), "pass another image");
     if (spec.nchannels < 3)
-        throw Error(ErrorCode::Unsupported, path, formatString("has %d channels", spec.nchannels),
+        throw Error(ErrorCode::Unsupported, path,
+                    formatString("has %d channel%s", spec.nchannels, spec.nchannels == 1 ? "" : "s"),
                     "red, green and blue", "convert it to a colour image");
     // integers are divided here: OpenImageIO multiplies by a rounded reciprocal
     if (spec.format == OIIO::TypeDesc::UINT8)

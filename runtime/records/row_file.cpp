@@ -4,6 +4,7 @@
 #include <gsc/error.h>
 #include <gsc/file/output_file.h>
 #include <gsc/file/output_paths.h>
+#include "format/numbers/count_text.h"
 #include "format/file/stand_in.h"
 #include "runtime/records/row_lines.h"
 
@@ -110,10 +111,10 @@ void RowFile::add(std::string_view line)
     const bool is_file = !isStandardOutput(m_path) && std::filesystem::exists(m_path, code);
     const uint64_t found = is_file ? std::filesystem::file_size(m_path, code) : 0;
     if (is_file && !code && found != m_bytes)
-        throw Error(ErrorCode::Io, m_path, formatString("has %llu bytes", static_cast<unsigned long long>(found)),
-                    formatString("the %llu that were there before: another program writes to it",
-                                 static_cast<unsigned long long>(m_bytes)),
-                    formatString("give every run %s of its own", m_kind->option));
+        throw Error(
+            ErrorCode::Io, m_path, "has " + formatCount(found, "byte"),
+            formatString("the %s that were there before: another program writes to it", formatCount(m_bytes).c_str()),
+            formatString("give every run %s of its own", m_kind->option));
     addRow(m_path, *m_kind, line);
     m_whole += line.size() + 1;
     m_bytes = m_whole;

@@ -2,6 +2,7 @@
 #include "runtime/records/run_row.h"
 
 #include <gsc/error.h>
+#include "format/numbers/count_text.h"
 #include <algorithm>
 #include <limits>
 #include <functional>
@@ -133,10 +134,10 @@ void describeFrames(const Record& frames, RunRow& row)
 {
     frames.series("wall_ms", row.wall_ms, 0);
     frames.check("wall_ms", row.wall_ms.size() == row.config.frames,
-                 formatString("an array of %llu values", static_cast<unsigned long long>(row.config.frames)));
+                 "an array of " + formatCount(row.config.frames, "value"));
     frames.field("decoded", row.decoded, kCounts);
     frames.check("decoded", row.decoded.size() == row.wall_ms.size(),
-                 formatString("an array of %zu values", row.wall_ms.size()));
+                 "an array of " + formatCount(row.wall_ms.size(), "value"));
     if (!row.accuracy)
         return;
     Accuracy& accuracy = *row.accuracy;
@@ -146,7 +147,7 @@ void describeFrames(const Record& frames, RunRow& row)
     const size_t scored = accuracy.scored.scoredOf(row.config.shots);
     for (const auto& [key, length] :
          {std::pair("psnr", accuracy.frame_psnr.size()), std::pair("temporal", accuracy.frame_temporal.size())})
-        frames.check(key, length == scored, formatString("an array of %zu values", scored));
+        frames.check(key, length == scored, "an array of " + formatCount(scored, "value"));
 }
 
 } // namespace

@@ -167,7 +167,7 @@ TEST_CASE("PLY: every truncation and every appended byte is refused")
     CHECK(parse(text).code == ErrorCode::Ok);
     for (size_t size = 0; size < text.size(); ++size)
         REQUIRE(parse(text.substr(0, size)).code == ErrorCode::InvalidFile);
-    CHECK(parse(text + '\0').says("1 bytes follow the last of 2 rows"));
+    CHECK(parse(text + '\0').says("1 byte behind the last of 2 rows"));
 }
 
 TEST_CASE("PLY: flipped bits end in an Error or in other numbers, never elsewhere")
@@ -216,7 +216,7 @@ TEST_CASE("PLY: refusals name what was found")
     refuses(replaced(text, "vertex 2", "vertex 18446744073709551615"), InvalidFile, "header promises");
     refuses(replaced(text, "vertex 2", "vertex 18446744073709551616"), InvalidFile, "vertex count");
     refuses(replaced(text, "vertex 2", "vertex 4611686018427387904"), InvalidFile, "header promises");
-    refuses(replaced(text, "vertex 2", "vertex 1"), InvalidFile, "bytes follow the last of 1 rows");
+    refuses(replaced(text, "vertex 2", "vertex 1"), InvalidFile, "bytes behind the last of 1 row");
 }
 
 TEST_CASE("PLY: headers as other programs leave them")

@@ -232,7 +232,7 @@ TEST_CASE("a source that is shorter than it said, fails or changes leaves no fil
     const MemoryModel model = makeModel(shape);
     MemorySource shorter(model);
     shorter.rows = 2999;
-    CHECK(failToBake(model, shorter, ErrorCode::InvalidFile).find("holds 2999 anchors, expected 3000") !=
+    CHECK(failToBake(model, shorter, ErrorCode::InvalidFile).find("holds 2,999 anchors, expected 3,000") !=
           std::string::npos);
     for (const int passes : {0, 1})
         for (const uint64_t row : {0, 1500, 2999}) {

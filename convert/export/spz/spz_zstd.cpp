@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "format/numbers/count_text.h"
 #include "convert/export/spz/spz_container.h"
 
 #include <gsc/error.h>
@@ -160,7 +161,7 @@ SpzContent readSpz4(std::span<const std::byte> file, const std::string& name)
         --left;
     }
     if (left != 0 || at != file.size())
-        fail(formatString("%zu bytes behind the streams", file.size() - at), "none");
+        fail(formatCount(file.size() - at, "byte") + " behind the streams", "none");
     return content;
 }
 

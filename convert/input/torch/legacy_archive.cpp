@@ -2,6 +2,7 @@
 #include "convert/input/torch/legacy_archive.h"
 
 #include <gsc/error.h>
+#include "format/numbers/count_text.h"
 
 #include <cstdint>
 #include <cstring>
@@ -137,8 +138,7 @@ private:
         if (m_left.size() < sizeof(count) || count > (m_left.size() - sizeof(count)) / element)
             invalid("ends within storage '" + shown(key) + "'", "all of it");
         if (count != found->second.count)
-            invalid(formatString("storage '%s' has %llu elements", shown(key).c_str(),
-                                 static_cast<unsigned long long>(count)),
+            invalid(formatString("storage '%s' has %s", shown(key).c_str(), formatCount(count, "element").c_str()),
                     formatString("the %llu of its tensor", static_cast<unsigned long long>(found->second.count)));
         const auto values = m_left.subspan(sizeof(count), size_t(count * element));
         m_left = m_left.subspan(sizeof(count) + values.size());

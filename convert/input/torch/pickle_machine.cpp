@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/input/torch/pickle_machine.h"
 
+#include "format/numbers/count_text.h"
 #include "convert/input/torch/pickle_stack.h"
 #include <gsc/error.h>
 
@@ -154,7 +155,7 @@ private:
     void rebuildTensor(const std::vector<uint32_t>& arguments)
     {
         if (arguments.size() < 4 || arguments.size() > 7)
-            invalid(formatString("tensor with %zu arguments", arguments.size()));
+            invalid("tensor with " + formatCount(arguments.size(), "argument"));
         const PickleValue& storage = expect(arguments[0], PickleKind::Storage, "storage");
         const int64_t offset = expect(arguments[1], PickleKind::Int, "storage offset").integer;
         if (offset < 0)

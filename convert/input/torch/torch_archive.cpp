@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/input/torch/torch_archive.h"
 
+#include "format/numbers/count_text.h"
 #include "convert/input/torch/legacy_archive.h"
 #include "convert/input/torch/pickle_machine.h"
 #include "convert/input/torch/zip_archive.h"
@@ -329,10 +330,10 @@ TorchArchive readTorchArchive(std::span<const std::byte> bytes, const std::strin
     const ReadStorage read = [&](const PickleTensor& tensor, std::vector<std::byte>& scratch) {
         const std::string member = prefix + "data/" + tensor.storage_key;
         if (const uint64_t size = zip.size(member); size != tensor.storage_count * sizeof(float))
-            throw Error(
-                ErrorCode::InvalidFile, name,
-                formatString("member '%s' has %llu bytes", member.c_str(), static_cast<unsigned long long>(size)),
-                formatString("%llu float32", static_cast<unsigned long long>(tensor.storage_count)), "save it again");
+            throw Error(ErrorCode::InvalidFile, name,
+                        formatString("member '%s' has %s", member.c_str(), formatCount(size, "byte").c_str()),
+                        formatString("%llu float32", static_cast<unsigned long long>(tensor.storage_count)),
+                        "save it again");
         scratch = zip.read(member);
         return std::span<const std::byte>(scratch);
     };
