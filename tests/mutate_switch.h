@@ -78,7 +78,7 @@ constexpr T constant(int id, const T& written)
         return pick<T>(id, written, static_cast<T>(written + 1), true);
     else if constexpr (std::floating_point<T>)
         return pick<T>(id, written, written * T(1.25), true);
-    else if constexpr (std::is_enum_v<T>) // of flags the next
+    else if constexpr (std::is_enum_v<T>) // flags: the next one
         return pick<T>(id, written, static_cast<T>(int(written) != 0 ? int(written) * 2 : 1), true);
     else if (!std::is_constant_evaluated())
         cannotBe(id);

@@ -31,7 +31,7 @@ struct SourceModel {
     [[nodiscard]] ChunkRead whenRead() const;
 
     std::shared_ptr<const GscFile> file;
-    GscView view; // of the file
+    GscView view; // view of the file
     std::shared_ptr<const Scene> scene;
 };
 

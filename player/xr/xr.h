@@ -44,7 +44,7 @@ struct XrFrame {
     uint64_t age = 0;   // refreshes from frame `shows` to this one
     double off_ms = 0;  // display time minus the time that the eyes were predicted for
     double latency_ms = 0, draw_ms = 0, lod_bias = 0, detail = 0,
-           fovea_pixels = 0;     // of a fresh picture: ms from submit to its end, ms of the device, its settings
+           fovea_pixels = 0;     // ms from submit to the end of a fresh picture, its ms of the device, its settings
     uint64_t anchors_absent = 0; // anchors of the model that a fresh picture lacks, as they are not on the device yet
     double busy_ms = 0;          // from the runtime's wake-up until the frame was ended
     double copy_ms = 0;          // GPU time of the last copy that has ended; 0 = unknown
@@ -57,7 +57,7 @@ struct XrSummary {
     HeadsetFacts headset;
     double seconds = 0;
     uint64_t frames = 0, visible = 0, untracked = 0, missed = 0, pictures = 0, renewals = 0;
-    Spread age, off_ms, busy_ms, latency_ms; // of XrFrame's values; age and off_ms over frames that show a picture
+    Spread age, off_ms, busy_ms, latency_ms; // values of XrFrame; age and off_ms over frames that show a picture
     std::vector<uint64_t> ages;              // number of frames with age 0, 1, 2, ...; the last counts all older ones
     std::optional<ServiceStats> service;
     std::string place; // path of the place file that was written, empty = none

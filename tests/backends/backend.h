@@ -11,15 +11,15 @@
 namespace gsc::test {
 
 struct Backend {
-    const char* name;                  // of makeRenderer()
+    const char* name;                  // name for makeRenderer()
     const char* judge;                 // one that it is held to
-    std::vector<Tier> tiers;           // that it draws differently
-    std::vector<ReusePolicy> policies; // that it has, but for None
+    std::vector<Tier> tiers;           // tiers that it draws differently
+    std::vector<ReusePolicy> policies; // policies that it has, without None
     double kept_db;                    // PSNR of what is drawn from half precision entries of this very frame
     double other_depths;               // share of pixels whose depth tier fast may take from another Gaussian
-    uint64_t table_bytes;              // of a cache, beyond its limit: what finds an entry, histograms
+    uint64_t table_bytes;              // bytes of a cache beyond its limit: table of entries, histograms
     bool makes_all;                    // coarse copies that are due, in one frame
-    int frames;                        // that a walk takes; an emulated device is slow
+    int frames;                        // frames of a walk; an emulated device is slow
 };
 extern const Backend kBackend;
 

@@ -11,9 +11,9 @@ namespace gsc::test {
 
 struct Selected {
     size_t listed = 0;          // anchors that an eye sees
-    size_t visible = 0;         // of all eyes
-    size_t fading = 0;          // of those
-    uint64_t groups_tested = 0; // of all eyes
+    size_t visible = 0;         // sum over all eyes
+    size_t fading = 0;          // part of `visible`
+    uint64_t groups_tested = 0; // sum over all eyes
 };
 
 // Selects for eyes, a level bias and a fade, and checks set, factors and counts.

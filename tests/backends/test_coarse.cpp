@@ -164,7 +164,7 @@ TEST_CASE("coarse: a group that an eye sees in part is drawn as without detail")
     };
     like(part, true); // before it has a copy
     like(whole, false);
-    like(part, true); // which is not drawn there
+    like(part, true); // not drawn there
     like(whole, false);
     // what one of two eyes sees in part, and the other as a whole, is near
     const std::vector<EyeParams> both = {farEye(0, 8), farEye(0.1f)};
@@ -228,7 +228,7 @@ TEST_CASE("coarse: wires and faint shells keep their light")
     const struct {
         const char* what;
         float low, high; // opacity
-        float size[3];   // of the Gaussians: twice the standard deviations
+        float size[3];   // sizes of the Gaussians: twice the standard deviations
         uint32_t anchors, n_offsets;
         double most; // part of the light that may be lost or won
     } cases[] = {{"a shell that is drawn hardly at all", 0.0041f, 0.006f, {0.12f, 0.12f, 0.02f}, 2000, 10, 0.01},

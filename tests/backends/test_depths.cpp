@@ -16,7 +16,7 @@ TEST_CASE("depths are those of another renderer, whatever a frame is drawn by, a
         const auto renderer = open(model.view()), judge = open(model.view(), kBackend.judge);
         const std::vector<EyeParams> eyes = walk(0, 2);
         std::vector<std::vector<float>> pictures;
-        const auto wanted = renderDepths(*judge, eyes, onGrey(), pictures); // which has one tier
+        const auto wanted = renderDepths(*judge, eyes, onGrey(), pictures); // the judge has one tier
         for (const FrameOptions& options : waysToDraw(0, 2)) {
             CAPTURE(uint32_t(options.tier));
             CAPTURE(uint32_t(options.reuse.policy));

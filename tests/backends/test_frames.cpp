@@ -190,7 +190,7 @@ TEST_CASE("trap 25: no Gaussian at all is black even on a white background; one 
         // opacities above zero but below 1/255: upstream draws nothing, yet it launches and shows the background
         std::vector<Mlp> mlps = randomMlps(options);
         std::fill(mlps[0].layers[1].weight.begin(), mlps[0].layers[1].weight.end(), 0.0f);
-        for (const float opacity : {0.002f, 0.0f, -0.5f}) { // of 0 and below there is no Gaussian
+        for (const float opacity : {0.002f, 0.0f, -0.5f}) { // opacity 0 and below gives no Gaussian
             CAPTURE(opacity);
             std::fill(mlps[0].layers[1].bias.begin(), mlps[0].layers[1].bias.end(), opacity);
             const SyntheticModel faint(syntheticParams(options), randomAnchors(options), mlps, {}, 0);

@@ -170,7 +170,7 @@ TEST_CASE("a compact bake is valid, and stays compact when it is baked again")
         BakeOptions options = model.options("compact.gsc");
         options.levers = kLeverCompact;
         const BakeReport report = bake(options, {});
-        CHECK(report.verdict.psnr >= 40); // of a made-up scene, whose networks are steep; trained ones keep about 60
+        CHECK(report.verdict.psnr >= 40); // a made-up scene has steep networks; trained ones keep about 60
         CHECK(leverShares(report)[std::countr_zero(uint32_t(kLeverCompact))] > 0);
         const Opened baked(options.output); // by the validator, which tests every value
         CHECK((baked.view.params->flags & kModelCompact) != 0);

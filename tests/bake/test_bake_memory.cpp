@@ -81,7 +81,7 @@ TEST_CASE("after each picture a bake holds no more memory for an anchor than it 
     if (memoryNow().own == 0 || isSanitized())
         return; // no Linux, or memory that is the sanitizer's
 #if defined(__GLIBC__)
-    mallopt(M_MMAP_THRESHOLD, 1 << 16); // what is freed is given back, so that what is held can be told
+    mallopt(M_MMAP_THRESHOLD, 1 << 16); // freed memory is given back, so that held memory can be measured
 #endif
     constexpr double kFew = 40'000, kMany = 120'000;
     (void)mostOf(2'000); // the first loads what every later one finds there

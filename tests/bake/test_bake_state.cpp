@@ -190,7 +190,7 @@ TEST_CASE("a bake's state: one bake has it at a time")
         CHECK(std::filesystem::file_size(path) == 0);
     }
     CHECK(folder.names().size() == 0);
-    put(path, ""); // of a bake that was killed
+    put(path, ""); // file of a bake that was killed
     {
         BakeState first(path, kFacts, kMostPoses, 0);
         CHECK(first.poses() == 0);

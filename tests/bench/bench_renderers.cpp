@@ -139,7 +139,7 @@ int main(int argc, char** argv)
         }
 #endif
         std::vector<uint32_t> pixels(size_t(options.view.width) *
-                                     options.view.height); // of both eyes, which nobody looks at
+                                     options.view.height); // pixels of both eyes, which nobody looks at
         std::vector<float> depths(pixels.size());
         FrameTarget target{FrameTarget::Kind::Host, PixelFormat::Rgba8, pixels.data(), 0, 0};
         print("to host", run(*renderers[0], poses, frames, std::vector(kMaxEyes, target)));

@@ -45,7 +45,7 @@ std::vector<Text> textsOf(const std::string& svg)
         const std::string attributes = (*at)[1], words = (*at)[2];
         if (attributes.find("text-anchor=\"start\"") == attributes.npos || attributes.find("rotate") != attributes.npos)
             continue;
-        constexpr double kNarrow = 0.34, kOther = 0.6; // of the size
+        constexpr double kNarrow = 0.34, kOther = 0.6; // widths in units of the size
         double width = 0;
         for (const char letter : words)
             width += std::string(" .,;:ijl'!|()[]ftr-/").find(letter) == std::string::npos ? kOther : kNarrow;
@@ -189,7 +189,7 @@ TEST_CASE("a run has its colour in every figure")
         CAPTURE(std::string(kind));
         const std::string svg = svgOf(rows, kind);
         CHECK(svg.find("#c36b25") != svg.npos); // the middle of the ramp of depth
-        CHECK(svg.find("#307cc3") != svg.npos); // of error
+        CHECK(svg.find("#307cc3") != svg.npos); // colour of error
     }
 }
 

@@ -190,7 +190,7 @@ TEST_CASE("a run measured again is a repeat: the one in the middle stands for al
     CHECK(runs.rows[0].least_ms == 4);
     CHECK(runs.rows[0].most_ms == 8);
     CHECK(runs.rows[1].ms.wall.median == 2.5);
-    CHECK(runs.rows[1].ms.wall.max == 30); // of two the slower
+    CHECK(runs.rows[1].ms.wall.max == 30); // the slower of two
     CHECK(runs.rows[1].rounds == 2);
     CHECK(runs.rows[2].label == "later"); // another run
     CHECK(runs.rows[2].rounds == 1);
@@ -287,7 +287,7 @@ TEST_CASE("the time of an even number of repeats is the mean of the two in the m
     CHECK(row.ms.wall.median == 3);
     CHECK(row.ms.device.median == 1.5);
     CHECK(row.ms.stages[kDecodeStage].median == 0.75);
-    CHECK(row.ms.wall.max == 16); // what is not a median is of one run
+    CHECK(row.ms.wall.max == 16); // numbers other than medians are from one run
     CHECK(row.wall_ms == std::vector<double>{4, 4});
     CHECK(row.least_ms == 1);
     CHECK(row.most_ms == 9);

@@ -146,7 +146,7 @@ TEST_CASE("the model of a trace: distribution, shares, times")
     CHECK(distribution["counts"][1] == 50);
     CHECK(distribution["cdf"].back()[1] == 100);
     CHECK(distribution["cdf"].back()[0] == 100);
-    for (const auto& point : distribution["cdf"]) // of equally many at each latency
+    for (const auto& point : distribution["cdf"]) // equally many poses at each latency
         CHECK(point[0].get<double>() == doctest::Approx(point[1].get<double>()).epsilon(0.01));
 
     const auto& worker = panel["workers"][1];

@@ -111,7 +111,8 @@ TEST_CASE("verdict: a sentence has the options to type, all that draw so and no 
           "--vram-budget 8589934592");
     json detail = runOf("none", 3, 72), depth = runOf("depth", 2, 40);
     detail["config"]["detail"] = 2;
-    detail["config"]["cache_budget"] = 4096; // of a command whose other runs reuse: refused without
+    detail["config"]["cache_budget"] =
+        4096; // a command whose other runs reuse anchors states it; refused without reuse
     depth["config"]["max_depth"] = 10;
     depth["config"]["guidance"] = "linear";
     const auto model = chartModel({parsed(detail), parsed(depth)});
@@ -171,7 +172,7 @@ TEST_CASE("one policy has one hue and one configuration one look, whatever the p
         const bool first = rows.empty();
         json none = runOf("none", 9, nullptr), budget = errorRun(1, first ? 7 : 3, 40, trajectory);
         none["config"]["trajectory"] = trajectory;
-        budget["config"]["decode_budget"] = first ? 100 : 200; // what "match" makes of it
+        budget["config"]["decode_budget"] = first ? 100 : 200; // number that "match" becomes
         rows.push_back(parsed(none));
         rows.push_back(parsed(errorRun(0.5, first ? 3 : 6, 60, trajectory)));
         rows.push_back(parsed(errorRun(4, first ? 5 : 2, 50, trajectory)));

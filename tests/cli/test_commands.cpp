@@ -203,7 +203,7 @@ TEST_CASE("an SPZ of more Gaussians than its readers take warns, and nothing els
     CHECK(told[0].find("--max-gaussians " + std::to_string(count - 1)) != std::string::npos);
     CHECK(warnings(GaussianFileFormat::Ply, 1).second.empty());
     CHECK(warnings(GaussianFileFormat::Glb, 1).second.empty());
-    options.most = count - 1; // what the warning says
+    options.most = count - 1; // remedy of the warning
     CHECK(warnings(GaussianFileFormat::Spz, count - 1).second.empty());
     fs::remove_all(folder);
 }

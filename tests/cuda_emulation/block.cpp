@@ -27,10 +27,10 @@ struct Thread {
     Fiber fiber;
     uint3 at;
     bool exited;
-    Site waits; // what == nullptr: it does not
+    Site waits; // waits.what == nullptr: it does not wait
 };
 
-struct Meeting { // of lanes of a warp
+struct Meeting { // meeting of lanes of a warp
     Site site;
     Resolve resolve;
     uint32_t mask, arrived;

@@ -15,7 +15,7 @@ namespace gsc_emulation {
 // Where lanes meet. Stricter than CUDA: the same intrinsic at another place in the source is another meeting.
 struct Site {
     const char* what;     // intrinsic
-    const char* function; // that calls it
+    const char* function; // function that calls it
     int line;
 
     bool operator==(const Site& other) const { return what == other.what && line == other.line; }
@@ -35,7 +35,7 @@ bool meetBlock(const Site& site, uint32_t id, uint32_t threads, bool value);
 // All others that can run do so before this one goes on.
 void letOthersRun();
 uint32_t laneOfWarp();
-unsigned char* dynamicShared(); // of this block: as many bytes as the launch asked for, 0xff at first
+unsigned char* dynamicShared(); // memory of this block: bytes as in the launch, 0xff at first
 [[noreturn]] void fail(const Site& site, const char* format, ...) __attribute__((format(printf, 2, 3)));
 
 } // namespace gsc_emulation

@@ -9,7 +9,7 @@ namespace gsc_emulation {
 
 struct Fiber {
     void* stack_pointer = nullptr; // while it does not run
-    const void* bottom = nullptr;  // of its stack, for AddressSanitizer
+    const void* bottom = nullptr;  // bottom of its stack, for AddressSanitizer
     size_t bytes = 0;
     void* fake_stack = nullptr; // AddressSanitizer's
 };

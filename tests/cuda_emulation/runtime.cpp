@@ -19,7 +19,7 @@ namespace gsc_emulation {
 namespace {
 
 constexpr size_t kMemory = size_t(8) << 30;
-constexpr size_t kSharedBytes = 48 << 10, kSharedBytesOptin = 227 << 10; // of a block
+constexpr size_t kSharedBytes = 48 << 10, kSharedBytesOptin = 227 << 10; // bytes of a block
 constexpr uint32_t kMaxThreads = 1024;
 constexpr int kCudaVersion = 13000, kDevices = 2;
 

@@ -290,7 +290,7 @@ TEST_CASE("SPZ version 4: the values of version 3 behind a plain header, and no 
         size_t bytes = 32 + 16 * streams;
         const uint64_t raw[6] = {2700, 300, 900, 900, 1200, 900 * (shValues(degree) - 1)};
         for (size_t i = 0; i < streams; ++i) {
-            CHECK(valueAt<uint32_t>(file, bytes) == 0xfd2fb528); // of a Zstandard frame
+            CHECK(valueAt<uint32_t>(file, bytes) == 0xfd2fb528); // magic of a Zstandard frame
             CHECK(valueAt<uint64_t>(file, 32 + 16 * i + 8) == raw[i]);
             bytes += valueAt<uint64_t>(file, 32 + 16 * i);
         }
@@ -451,7 +451,7 @@ TEST_CASE("PLY: the header of 3DGS, and rows of floats")
     const size_t data = file.find("end_header\n") + 11;
     CHECK(file.starts_with("ply\nformat binary_little_endian 1.0\nelement vertex 5000\nproperty float x\n"));
     CHECK(file.find("property float f_rest_23\nproperty float opacity\n") != std::string::npos);
-    CHECK(gaussianPlyHeader(2, 1).size() == data); // of any number of Gaussians
+    CHECK(gaussianPlyHeader(2, 1).size() == data); // equal for any number of Gaussians
     CHECK(gaussianPlyHeader(2, UINT64_MAX).size() == data);
     CHECK(file.starts_with(gaussianPlyHeader(2, 5000)));
     constexpr size_t kRow = 9 + 24 + 8;

@@ -15,12 +15,12 @@ namespace gsc::test {
 
 using Bytes = std::vector<std::byte>;
 
-enum class Seal { None, Header, All }; // which checksums are made true again after the change
+enum class Seal { None, Header, All }; // checksums that are made true again after the change
 
 struct Mutation {
     uint16_t id; // the issue it must raise
     std::function<void(Bytes&)> apply;
-    std::set<uint16_t> also = {}; // what it raises besides; nothing else may come
+    std::set<uint16_t> also = {}; // issues that it raises besides; nothing else may come
     TinyGscOptions options = {};
     Seal seal = Seal::All;
 };

@@ -174,7 +174,7 @@ TEST_CASE("a file of either profile opens the same")
     const GscFile plain(folder / "plain.gsc", throwFirstIssue("plain"));
     CHECK(!plain.isArchive());
     CHECK(std::ranges::equal(plain.bytes(), file));
-    for (const GscFile* opened : {&all, &plain}) { // what is let go is there when it is read again
+    for (const GscFile* opened : {&all, &plain}) { // bytes that are let go are there when they are read again
         opened->letGo(opened->bytes());
         opened->letGo(opened->bytes().subspan(5000, 100));
         CHECK(std::ranges::equal(opened->bytes(), file));

@@ -226,7 +226,7 @@ TEST_CASE("an output that is an input or another output is refused, under any na
     for (const char* name : {"model", "./model", "folder/../model", "absent/../model", "symbolic", "hard", "folder/"})
         CHECK_MESSAGE(codeFor({{dir / name, "--out"}}) == ErrorCode::Usage, name);
     CHECK(codeFor({{dir / "a", "--out"}, {dir / "folder/../a", "--stats"}}) == ErrorCode::Usage);
-    std::filesystem::create_symlink("b", dir / "dangling"); // what both would make
+    std::filesystem::create_symlink("b", dir / "dangling"); // both names would make one file
     CHECK(codeFor({{dir / "b", "--out"}, {dir / "dangling", "--stats"}}) == ErrorCode::Usage);
     CHECK(codeFor({{"-", "--out"}}) == ErrorCode::Ok);
     CHECK(codeFor({{dir / "new/a", "--out"}, {dir / "new/./a", "--stats"}}) == ErrorCode::Usage);

@@ -102,7 +102,7 @@ TEST_CASE("any other SIGBUS gets its default action")
           }) == -SIGBUS);
 }
 
-#ifndef GSC_TEST_ASAN // which needs more address space than the limit leaves
+#ifndef GSC_TEST_ASAN // ASan needs more address space than the limit leaves
 TEST_CASE("no address space for a file is OutOfMemory")
 {
     const TemporaryFolder dir;

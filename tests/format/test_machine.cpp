@@ -92,7 +92,7 @@ TEST_CASE("version 2: memory.high slows down and kills nobody; what is used alre
          {"/sys/fs/cgroup/memory.current", "500000\n"},
          {"/sys/fs/cgroup/memory.stat", "anon 100000\nfile 400000\ninactive_file 250000\nactive_file 150000\n"}});
     CHECK(limits.memory == 900000);
-    CHECK(limits.memory_free == 900000); // of memory.max
+    CHECK(limits.memory_free == 900000); // free memory of memory.max
     const gsc::CgroupLimits slowed = limitsOf(
         "0::/\n", kSecond, {{"/sys/fs/cgroup/memory.high", "900000\n"}, {"/sys/fs/cgroup/memory.current", "500000\n"}});
     CHECK(slowed.memory == 900000);
@@ -111,7 +111,7 @@ TEST_CASE("a group whose path cannot be seen from here: the folder that is mount
           5000);
     const char* const bound = "30 20 0:27 /docker/0123 /sys/fs/cgroup rw - cgroup2 cgroup2 rw\n";
     CHECK(limitsOf("0::/docker/0123\n", bound, own).memory == 5000); // a part of the host's tree
-    CHECK(limitsOf("0::/docker/0124\n", bound, own).memory == 5000); // of another container
+    CHECK(limitsOf("0::/docker/0124\n", bound, own).memory == 5000); // path of another container
     const Files inner = {{"/sys/fs/cgroup/in/memory.max", "6000\n"}};
     CHECK(limitsOf("0::/docker/0123/in\n", bound, inner).memory == 6000);
 }

@@ -397,7 +397,7 @@ TEST_CASE("a line is added to whole lines, through a link, and a half-written la
     constexpr std::string_view kStart = "{\"row\":";
     appendLine(dir / "link", "{\"row\":1}", kStart, endsInBrace);
     CHECK(fs::is_symlink(dir / "link"));
-    errno = EINTR; // of whatever came before
+    errno = EINTR; // left by an earlier call
     appendLine(dir / "rows", "{\"row\":2}", kStart, endsInBrace);
     const std::string whole = "{\"row\":1}\n{\"row\":2}\n";
     CHECK(textOf(dir / "rows") == whole);

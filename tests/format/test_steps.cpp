@@ -146,7 +146,7 @@ TEST_CASE("steps below the least normal number are refused")
     const Table table{1, 1, false, {3}};
     Bytes stored, out;
     REQUIRE(encode(table, stored));
-    const auto decoded = [&](int exponent) { // of the one span, whose exponent is stored as it is
+    const auto decoded = [&](int exponent) { // exponent of the one span, stored as it is
         Bytes changed = stored;
         changed[sizeof(StepsHeader)] = std::byte(exponent);
         return decode(changed, table, out);
@@ -172,7 +172,7 @@ TEST_CASE("an archive takes steps where they are smaller, and gives masked slots
             std::memcpy(&stream, storedPart(archive, part).data() + i * sizeof(stream), sizeof(stream));
             steps += stream.codec == uint16_t(Codec::Steps);
         }
-    CHECK(steps >= 2 * options.nodes); // of every chunk its offsets and features
+    CHECK(steps >= 2 * options.nodes); // offsets and features of every chunk
     const Archive opened(archive, nullptr);
     REQUIRE(opened.isSound());
     const AlignedRoom room(opened.rawBytes());

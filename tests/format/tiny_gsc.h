@@ -15,9 +15,9 @@
 namespace gsc::test {
 
 struct TinyGscOptions {
-    uint32_t anchors = 300;     // of all levels; at least two per level
+    uint32_t anchors = 300;     // anchors of all levels; at least two per level
     uint32_t levels = 1;        // 1 = Scaffold-GS, 2 or more = Octree-GS
-    float grid_origin = -1.75f; // of Octree-GS, along every axis
+    float grid_origin = -1.75f; // for Octree-GS, along every axis
     uint32_t feat_dim = 8;
     uint32_t n_offsets = 3;
     uint32_t cell_log2 = 1;
@@ -27,11 +27,11 @@ struct TinyGscOptions {
     uint32_t appearance_rows = 0;
     bool float_positions = false;
     bool feature_bank = false;
-    bool distance_inputs = true; // of the three heads
-    bool level_inputs = false;   // of the three heads; needs levels >= 2
+    bool distance_inputs = true; // inputs of the three heads
+    bool level_inputs = false;   // inputs of the three heads; needs levels >= 2
     bool rotation = false, opacity = false, normal = false;
     bool sensitivity = false;
-    bool tile = false; // of every second row of a model of twice the size
+    bool tile = false; // every second row of a model of twice the size
     uint64_t seed = 1;
     std::string manifest = R"({"schema":"gsc.manifest/1","generator":"tiny_gsc"})";
 

@@ -14,7 +14,8 @@
 
 namespace {
 
-constexpr size_t kStorageFloats[] = {28, 4, 8, 2}; // of the seeds' tensors, so that mutated pickles find their data
+constexpr size_t kStorageFloats[] = {28, 4, 8,
+                                     2}; // sizes of the seeds' tensors, so that mutated pickles find their data
 
 gsc::Mlp smallMlp()
 {

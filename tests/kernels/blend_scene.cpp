@@ -8,7 +8,7 @@ namespace {
 
 void setSplat(PackedSplat& s, const Ellipse& e, uint32_t order)
 {
-    const double det = double(e.a) * e.c - double(e.b) * e.b, half = 0.7213475204444817; // of log2(e)
+    const double det = double(e.a) * e.c - double(e.b) * e.b, half = 0.7213475204444817; // half of log2(e)
     const double along = std::sqrt(half * e.c / det);
     s = {e.x, e.y, {float(along), float(-e.b / e.c * along), float(std::sqrt(half / e.c))}, {}, 0, order};
     for (int i = 0; i < 3; ++i)
@@ -60,7 +60,7 @@ Falloff falloffAt(const PackedSplat& s, const RasterConstants& rules, uint32_t x
     // upstream's radius from the inverse of the covariance, rounded up: doubtful where it nearly is a whole number
     const double radius = spreadOf(s, rules).radius;
     const double trust =
-        f[2] * f[2] / (3e-5 * (f[1] * f[1] + f[2] * f[2])); // of a needle too little is left of the determinant
+        f[2] * f[2] / (3e-5 * (f[1] * f[1] + f[2] * f[2])); // a needle's determinant is too small to trust
     const double slack = radius * std::max(1e-3, 0.01 / trust);
     const bool drawn = !(trust > 1) || inTiles(s, rules, std::ceil(radius), x, y);
     const bool near_edge =
@@ -91,7 +91,7 @@ Falloff falloffAt(const ExactSplat& s, const RasterConstants&, uint32_t x, uint3
 
 Spread spreadOf(const PackedSplat& s, const RasterConstants& rules)
 {
-    constexpr double kHalf = 0.7213475204444817; // of log2(e)
+    constexpr double kHalf = 0.7213475204444817; // half of log2(e)
     const double a = s.factor[0], b = s.factor[1], c = s.factor[2];
     const double xx = kHalf * (b * b + c * c) / (a * c * a * c), yy = kHalf / (c * c), mid = 0.5 * (xx + yy);
     const double det = kHalf * kHalf / (a * c * a * c);

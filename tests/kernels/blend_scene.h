@@ -57,7 +57,7 @@ BlendScene<Splat> randomScene(const std::vector<Size>& eyes, uint32_t bin_height
                               uint32_t seed, const Shapes& shapes = {});
 
 struct Pixel {
-    double color[3] = {}, bound = 0; // what an fp32 blend may differ by
+    double color[3] = {}, bound = 0; // bound: most difference of an fp32 blend
     float depth = INFINITY;          // 1 + the index of the splat behind which less than half of the light goes on
     bool depth_doubtful = false;
 };

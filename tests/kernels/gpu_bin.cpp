@@ -145,7 +145,7 @@ void checkBin(const Places& p, uint32_t pair_capacity, uint32_t readers)
     FrameCounters before{};
     std::copy_n(p.slots, kMaxEyes, before.pass.slots);
     std::copy_n(expected.pairs, kMaxEyes, before.pass.pairs); // the decoder counts them
-    before.pairs[0] = 7;                                      // of the passes before
+    before.pairs[0] = 7;                                      // pairs of the passes before
     before.most_pairs = 1;
     const uint32_t piece_capacity = pieceCapacity(bins, pair_capacity);
     const size_t scratch_bytes = binScratchBytes(p.eye_count * p.grid.cells());
@@ -194,7 +194,7 @@ void checkBin(const Places& p, uint32_t pair_capacity, uint32_t readers)
     CHECK(after.pairs[0] == 7 + expected.pairs[0]);
     CHECK(after.pairs[1] == expected.pairs[1]);
     CHECK(after.most_slots == std::max(p.slots[0], p.slots[1]));
-    CHECK(after.most_pairs == std::max(total, 1u)); // what the keys are grown to
+    CHECK(after.most_pairs == std::max(total, 1u)); // number that the keys grow to
 
     const std::vector<uint32_t> ends = cells.read();
     CHECK(ends == expected.ends);

@@ -12,7 +12,7 @@ namespace gsc::test {
 struct Drawn {
     std::vector<float> images[kMaxEyes], depths[kMaxEyes];
     FrameCounters counters;
-    std::vector<uint32_t> unfinished, segment_queue; // of the last pass: BlendCudaArgs
+    std::vector<uint32_t> unfinished, segment_queue; // state of the last pass, see BlendCudaArgs
 
     bool operator==(const Drawn& other) const // bytes, not values
     {

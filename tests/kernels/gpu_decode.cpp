@@ -101,7 +101,7 @@ PixelBox reachedPixels(const EyeParams& eye, bool gsplat, const Footprint<float>
 {
     const int32_t radius = std::max(f.radius + int32_t(sign) * (1 + f.radius / 30), 0);
     const TileRect tiles = tileRect<float>(eye, gsplat, f.x, f.y, radius);
-    const float rim = sign > 0 ? float(kTileSize) : 0.0f; // of the square: fast rounds it up to the next tile
+    const float rim = sign > 0 ? float(kTileSize) : 0.0f; // rim of the square: fast rounds it up to the next tile
     const float reach = std::max(2 * std::log(255 * opacity * (1 + 0.03f * sign)), 0.0f);
     const float whole = sign > 0 ? 1.1f : -0.1f; // the scalar kernel rounds to whole pixels
     const float ex = std::sqrt(reach * f.cov.a) * (1 + 0.05f * sign) + whole;

@@ -22,7 +22,7 @@ struct DecodeJob {
     std::vector<uint16_t> slab_of;
     uint32_t pass = 0, passes = 1;
     uint32_t slot_capacity = 16384;
-    size_t shared_bytes = 0; // that a block may have in `fast`; 0: what the device gives
+    size_t shared_bytes = 0; // most bytes of a block in `fast`; 0: the device's limit
 };
 
 // `count` anchors in an order of their own, each seen by one eye or both.
@@ -61,7 +61,7 @@ struct Reference {
 };
 
 struct ReferenceEye {
-    std::map<uint64_t, Reference> gaussians; // of opacity >= 1/255, by emission order
+    std::map<uint64_t, Reference> gaussians; // Gaussians of opacity >= 1/255, by emission order
     uint32_t dropped = 0;
     bool any_positive = false;
 };
@@ -69,8 +69,8 @@ struct ReferenceEye {
 ReferenceEye decodeOnHost(const DecodeJob& job, uint32_t eye);
 
 struct DecodeTolerance {
-    double pixel;      // of the centre
-    double covariance; // of any entry, relative to the trace
+    double pixel;      // error of the centre
+    double covariance; // error of any entry, relative to the trace
     double color, opacity;
     double depth; // relative
 };

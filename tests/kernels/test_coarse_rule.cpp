@@ -207,7 +207,7 @@ TEST_CASE("detail: small Gaussians of a cell become one that has their light, pl
     group.join(viewAt(0.5f, 0.5f, -100), 0.5f);
     CHECK(group.far);
     REQUIRE(group.count == 2);
-    CHECK(group.at(0, kTilePosition) == doctest::Approx(0.8)); // of a lower order
+    CHECK(group.at(0, kTilePosition) == doctest::Approx(0.8)); // position of a lower order
     CHECK(group.at(0, kTileOpacity) == doctest::Approx(0.004).epsilon(0.001));
     CHECK(group.at(1, kTilePosition) == doctest::Approx(0.3).epsilon(1e-4));
     CHECK(group.at(1, kTileColor) == doctest::Approx(0.4).epsilon(1e-3));

@@ -77,7 +77,7 @@ void checkSaturation()
                 const float at_least = raster == RasterRules::Gsplat ? 0.9989f : 0.9899f;
                 for (size_t i = 0; i < image.size(); i += 3) {
                     red &= image[i] >= at_least && image[i] <= 1;
-                    green |= image[i + 1] > 0.02f; // of the background, what the last red one would have covered
+                    green |= image[i + 1] > 0.02f; // background that the last red splat would have covered
                 }
                 CHECK(red);
                 CHECK_FALSE(green);

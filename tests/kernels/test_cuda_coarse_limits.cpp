@@ -143,7 +143,7 @@ TEST_CASE("coarse: where there is little room, copies that are out of sight go f
     }
     tell("copies at last ", copies[13], " and ", copies[15], ", made ", made[12] + made[13], " and ",
          made[14] + made[15]);
-    CHECK(made[4] > 0);               // of groups that had copies two frames before
+    CHECK(made[4] > 0);               // copies of groups that had some two frames before
     for (const size_t i : {13, 15}) { // no page is lost
         CHECK(copies[i] >= copies[i - 12] / 2);
         CHECK(made[i] + made[i - 1] > 0);

@@ -153,7 +153,7 @@ void checkCapacity()
         const Decoded<Splat> cut = decodeOnDevice<Splat>(job);
         CHECK(cut.counters.overflow == kSlotOverflow);
         for (uint32_t e = 0; e < 2; ++e) {
-            CHECK(cut.counters.pass.slots[e] >= all.eyes[e].size()); // what the slots are grown to
+            CHECK(cut.counters.pass.slots[e] >= all.eyes[e].size()); // number that the slots grow to
             CHECK(cut.eyes[e].size() <= capacity);
             for (const auto& [order, splat] : cut.eyes[e]) {
                 const auto at = all.eyes[e].find(order);
@@ -310,7 +310,7 @@ TEST_CASE("decode: masked slots draw nothing and count as nothing, in tiles and 
 
 TEST_CASE("decode: a compact model is held in fewer bytes and decodes as the same model that is not")
 {
-    for (const float spread : {1.0f, 1e-4f, 4.0f}) { // of its features
+    for (const float spread : {1.0f, 1e-4f, 4.0f}) { // spread of its features
         CAPTURE(spread);
         SyntheticOptions options = someModel(300);
         options.flags |= kModelMaskedSlots;
@@ -473,7 +473,7 @@ TEST_CASE("decode: too few slots are filled, not overrun, and it is said")
 
 TEST_CASE("decode: passes together give the splats of one, each once")
 {
-    for (const bool broken : {false, true}) { // what is not finite is counted once, too
+    for (const bool broken : {false, true}) { // values that are not finite are counted once, too
         checkPasses<PackedSplat>(broken);
         checkPasses<ExactSplat>(broken);
     }

@@ -11,7 +11,7 @@ using namespace gsc::test;
 
 namespace {
 
-constexpr size_t kTwoWarps = 42 * 1024, kEightWarps = 99 * 1024; // of shared memory
+constexpr size_t kTwoWarps = 42 * 1024, kEightWarps = 99 * 1024; // bytes of shared memory
 
 constexpr uint32_t kAnchors = 600;
 // kFast but for covariances and depths, of which so many Gaussians have worse ones: twice the worst (2.4e-2, 1.5e-6)
@@ -99,7 +99,7 @@ TEST_CASE("decode fast: a bias that is not a number reaches what it adds to")
 {
     SyntheticOptions options{.anchors = 40};
     std::vector<Mlp> mlps = randomMlps(options);
-    mlps[0].layers[0].bias[3] = NAN; // of the opacities
+    mlps[0].layers[0].bias[3] = NAN; // bias of the opacities
     const SyntheticModel synthetic(syntheticParams(options), randomAnchors(options), mlps, {}, 0);
     StageModel stage(synthetic.view());
     const Decoded<PackedSplat> decoded = decodeOnDevice<PackedSplat>(decodeJob(synthetic.view(), stage, eyesOf(2), 40));

@@ -72,7 +72,7 @@ std::vector<T> fromDevice(const T* data, size_t count)
     return values;
 }
 
-struct Arrays { // what select and decode read of the anchors
+struct Arrays { // arrays of the anchors that select and decode read
     std::vector<float> placement, shape;
     std::vector<uint16_t> feature;
     std::vector<uint64_t> offset;
@@ -249,7 +249,7 @@ TEST_CASE("load: frames are drawn while the model comes, and are those of the wh
                 const Image<float> image = render(*renderer, eyes, onGrey(tier))[0];
                 absent = image.result.anchors_absent;
                 CHECK((absent > 0 || image.pixels == wanted));
-                CHECK((tier == Tier::Fast || absent == 0)); // which needs the whole model
+                CHECK((tier == Tier::Fast || absent == 0)); // tier exact needs the whole model
             }
             CHECK(absent == 0);
         }

@@ -165,7 +165,7 @@ void checkSegmentsOfPasses()
 {
     const BlendScene<PackedSplat> scene = longLists(16, 1, 2 * (kFirstKeys + 2 * kSegmentKeys));
     const Drawn cut = blendOnDevice(scene, 2, 1);
-    CHECK(cut.counters.pass.segment_pairs > 0); // of the second pass
+    CHECK(cut.counters.pass.segment_pairs > 0); // pairs of the second pass
     CHECK(worstDifference(cut, blendOnDevice(scene, 2)) <= 2e-6);
 }
 

@@ -50,7 +50,7 @@ TEST_CASE("reuse: eyes that share their bins, with entries of their own or one f
                         CHECK(counts.anchors_decoded + counts.anchors_reused >= counts.anchors_visible);
                     }
                     const double pairs = double(expected[0].result.eyes[0].pairs);
-                    const bool together = limit == 0 || stereo == StereoMode::Merged; // what is decoded for both
+                    const bool together = limit == 0 || stereo == StereoMode::Merged; // decoded for both eyes
                     CHECK(double(actual[0].result.eyes[0].pairs) < pairs * (together ? 1.01 : 2));
                 }
             }
@@ -68,7 +68,7 @@ TEST_CASE("reuse: frames of several passes keep nothing and draw the same")
     FrameOptions options = with(ReusePolicy::Depth);
     options.reuse.cache_bytes = 64 << 10;
     const auto roomy = open(model.view());
-    const uint64_t context = roomy->device().context_bytes; // which no budget makes smaller
+    const uint64_t context = roomy->device().context_bytes; // no budget makes the context smaller
     uint64_t part = render(*roomy, eyes, options)[0].result.bytes_resident - context;
     uint32_t most = 1;
     try {

@@ -105,7 +105,7 @@ struct Wanted {
     SeenAnchors seen;
     uint32_t visible[kMaxEyes] = {};
     std::set<uint32_t> chunks[kMaxEyes]; // with a visible anchor
-    std::set<uint32_t> buckets;          // of the depths of all visible anchors
+    std::set<uint32_t> buckets;          // buckets of the depths of all visible anchors
 };
 
 Wanted selectOnHost(const ModelView& model, const std::vector<EyeParams>& eyes, float lod_bias, float lod_fade = 0)
@@ -213,7 +213,7 @@ TEST_CASE("select: a list that is too short is filled, not overrun, and says so"
         CAPTURE(capacity);
         const DeviceSelection found = selectOnDevice(model, kTwoEyes, 0, capacity);
         CHECK(found.counters.overflow == (capacity < needed ? kVisibleOverflow : 0u));
-        CHECK(found.counters.anchors_listed == needed); // what the list is grown to
+        CHECK(found.counters.anchors_listed == needed); // size that the list grows to
         CHECK(found.counters.anchors_visible[0] == wanted.visible[0]);
         CHECK(found.counters.anchors_visible[1] == wanted.visible[1]);
         CHECK(found.written == capacity);
@@ -236,8 +236,7 @@ TEST_CASE("select: needles so long that rounding leaves no determinant above zer
     for (const bool needles : {false, true}) {
         CAPTURE(needles);
         for (size_t i = 0; needles && i < anchors.count(); ++i)
-            for (size_t axis = 0; axis < 3;
-                 ++axis) // of 1, 0 and 0: the same on every device, unlike other exponentials
+            for (size_t axis = 0; axis < 3; ++axis) // exponentials 1, 0 and 0: equal on every device, unlike others
                 anchors.scale[6 * i + axis] = axis == 0 ? 0.0f : -1000.0f;
         const SyntheticModel model(params, anchors, randomMlps(options), {}, 0);
         const StageModel stage(model.view());

@@ -106,7 +106,7 @@ TEST_CASE("needles, which end where an eye's own bins end")
     const SyntheticModel scene(syntheticParams(options), anchors, mlps, {}, 0);
 #ifdef GSC_CUDA_EMULATION
     constexpr bool kRounded = false;
-#else // which computes a radius from a splat less exactly than decode did
+#else // a GPU computes a radius from a splat less exactly than decode did
     constexpr bool kRounded = true;
 #endif
     checkShared(scene.view(), {eyeAhead(0.3f, -6, 1600, 1200), eyeAhead(0.9f, -6, 1600, 1200)}, onGrey(Tier::Fast),

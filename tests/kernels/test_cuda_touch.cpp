@@ -13,7 +13,7 @@ using namespace gsc::test;
 
 namespace {
 
-constexpr int kTileRows = 8; // of a sub-tile of a long list, as its columns are kTouchColumn
+constexpr int kTileRows = 8; // rows of a sub-tile of a long list; its columns are kTouchColumn
 
 // A code's pixels, near enough to the splat to be told from those 64 away.
 struct Box {

@@ -135,7 +135,7 @@ std::vector<float> squaresScalar(const BlendCase& scene, const BinScratch& bins,
             PixelState<float> pixel{{0, 0, 0}, 1, false};
             for (uint32_t i = bins.tile_first[tile]; i < bins.tile_first[tile + 1] && !pixel.done; ++i) {
                 const Splat& s = bins.splats[bins.entries[i]];
-                pixel.color[0] = 0; // which then is the weight
+                pixel.color[0] = 0; // then the colour is the weight
                 blendStep(rules, s.conic, s.x - float(x), s.y - float(y), s.opacity, white, pixel);
                 squares[i] += pixel.color[0] * pixel.color[0];
             }
@@ -396,7 +396,7 @@ TEST_CASE("trap 28: over several chunks of keys, in blocks of visible anchors or
         const size_t blocks = by_group ? groups.size() : (visible.size() + kDecodeBlock - 1) / kDecodeBlock;
         std::vector<uint32_t> depths(blocks * capacity), counts(blocks);
         std::vector<uint16_t> origins(depths.size());
-        std::vector<uint64_t> orders(depths.size()); // of emission
+        std::vector<uint64_t> orders(depths.size()); // order of emission
         Random random(4);
         size_t anchor = 0; // groups lie in the file one after the other
         for (size_t b = 0; b < blocks; ++b) {

@@ -27,7 +27,7 @@ struct CityFrame {
 
 struct GoldenCity {
     const char* name;  // folder of the pictures
-    const char* model; // what is repeated
+    const char* model; // model that is repeated
     uint64_t anchors;
     const char* ply_sha256;
     double ipd; // world units between the eyes of the pictures; the city's own paths have had another metre since
@@ -65,7 +65,7 @@ std::unique_ptr<City> openCity(const std::string& name);
 // Bounds that a picture must keep: PSNR at least, error of the worst pixel at most.
 struct PictureBar {
     double psnr;        // dB
-    double worst_pixel; // of 1
+    double worst_pixel; // largest error of a channel, 0..1
 };
 
 // Holds both eyes of a frame to the trainers' pictures, and the numbers of visible anchors to theirs; prints a line each.

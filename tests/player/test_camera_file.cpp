@@ -69,7 +69,7 @@ TEST_CASE("T22, T23: upstream's cameras.json: camera-to-world rotation, source s
     CHECK(camera.name == "a");
     CHECK(camera.width == 1600); // above 1600 wide: scaled, both axes truncated
     CHECK(camera.height == 900);
-    CHECK(std::tan(camera.fov_x / 2) == doctest::Approx(1.0)); // of the source size
+    CHECK(std::tan(camera.fov_x / 2) == doctest::Approx(1.0)); // angle at the source size
     CHECK(std::tan(camera.fov_y / 2) == doctest::Approx(1.0));
     CHECK(camera.appearance == -1); // the id is not the embedding row
     // t = -R^T p

@@ -18,7 +18,7 @@ constexpr double kCpuBar = 102, kCpuPooledBar = 105; // dB between GPU and CPU
 
 PooledDifference& differenceToCpu()
 {
-    static PooledDifference pooled; // of every city that ran
+    static PooledDifference pooled; // difference over every city that ran
     return pooled;
 }
 

@@ -117,7 +117,7 @@ TEST_CASE("up of a model: what the cameras turn about, wherever they look")
         CHECK(up[2] == doctest::Approx(1));
         CHECK(std::hypot(up[0], up[1]) < 1e-12);
     }
-    std::vector<Camera> ahead; // that hardly turn, but tilt sideways: only the mean tells
+    std::vector<Camera> ahead; // cameras that tilt sideways: only their mean is upright
     for (const double roll : {-0.05, 0.0, 0.05}) {
         const double rotation[9] = {std::cos(roll), -std::sin(roll), 0, std::sin(roll), std::cos(roll), 0, 0, 0, 1};
         std::copy_n(rotation, 9, ahead.emplace_back().rotation);
@@ -334,7 +334,7 @@ TEST_CASE("walk: the height stays however steep one looks")
     navigator.step(input);
     CHECK(navigator.position()[1] == doctest::Approx(2).epsilon(1e-14));
     const glm::dvec3 way = vec(navigator.position()) - glm::dvec3(1, 2, 3);
-    CHECK(length(way) == doctest::Approx(2 * 2.8 / std::sqrt(2))); // of two keys one has no effect here
+    CHECK(length(way) == doctest::Approx(2 * 2.8 / std::sqrt(2))); // one of the two keys has no effect here
     CHECK(std::abs(dot(normalize(way), axesOf(navigator)[0])) < 1e-12);
 }
 
@@ -418,7 +418,7 @@ TEST_CASE("a camera jumped to comes back bit for bit until something changes, an
     CHECK(sameEye());
     NavigationInput input = picture(0.01);
     input.scroll = 1;
-    CHECK_FALSE(navigator.step(input)); // of the speed
+    CHECK_FALSE(navigator.step(input)); // the step changes only the speed
     CHECK(sameEye());
     input = picture(0.01);
     input.look_rate[0] = 1;
@@ -496,7 +496,7 @@ TEST_CASE("animateTo ends at the camera's bits, goes through the middle, and any
         *values[which] = 0.5;
         navigator.step(input);
         const bool pans = which == 3;
-        CHECK(navigator.moves() == pans); // which is Orbit's alone
+        CHECK(navigator.moves() == pans); // only Orbit pans
         if (pans)
             navigator.setMode(NavigationMode::Orbit);
         navigator.step(input);

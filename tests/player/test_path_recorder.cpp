@@ -56,7 +56,7 @@ TEST_CASE("a recording of a flight comes back bit for bit where the rates agree,
     recorder.start("a \"flight\"", 90, 1.7);
     CHECK(recorder.records());
     std::vector<Camera> seen;
-    const double begin = 123456.789; // of a clock that runs since yesterday
+    const double begin = 123456.789; // time of a clock that runs since yesterday
     for (int i = 0; i < 400; ++i) {
         NavigationInput input;
         input.seconds = 1.0 / 90;

@@ -131,7 +131,7 @@ TEST_CASE("a renderer on the host: one pass, cold, exact images kept from before
         CHECK(call.options.lod_bias == 0);
         CHECK(call.options.lod_fade == 0);
         CHECK(call.options.lod_hysteresis == 0);
-        CHECK(call.options.near_z == 0.5f); // what is asked for is compared, not another picture
+        CHECK(call.options.near_z == 0.5f); // runs are compared as requested, not with another picture
     }
     std::vector<uint64_t> done;
     for (int again = 0; again < 2; ++again) {

@@ -215,7 +215,7 @@ TEST_CASE("a pop of the error is that of a square which the exact pictures do no
     CHECK(a.error_pop.images == a.pop.images);
     CHECK(a.error_pop.max == doctest::Approx(0.125).epsilon(1e-4));
     CHECK(a.error_pop.max_frame == 5);
-    CHECK(a.error_pop.p90 == doctest::Approx(0.125).epsilon(1e-4)); // of frames 2 to 6
+    CHECK(a.error_pop.p90 == doctest::Approx(0.125).epsilon(1e-4)); // percentile over frames 2 to 6
     CHECK(a.error_pop.p50 == doctest::Approx(0).epsilon(1e-5));
 }
 

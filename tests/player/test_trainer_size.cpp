@@ -42,7 +42,7 @@ struct Folder {
             readCameraFile((path / "cameras.json").string(), nullptr, {false, CamerasTransform::Told, &said})[0];
         CHECK(camera.width == 1600); // whatever they say
         CHECK(camera.height == 900);
-        CHECK(std::tan(camera.fov_x / 2) == doctest::Approx(1)); // of the photograph, whatever its size
+        CHECK(std::tan(camera.fov_x / 2) == doctest::Approx(1)); // angle of the photograph, whatever its size
         CHECK(std::tan(camera.fov_y / 2) == doctest::Approx(1));
         fs::remove(path / name);
         return said;

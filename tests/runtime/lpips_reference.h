@@ -12,10 +12,10 @@ constexpr uint32_t kLpipsReferenceWidth = 53, kLpipsReferenceHeight = 37;
 struct LpipsReference {
     struct Sample {
         uint32_t channel, y, x;
-        float value; // of picture 1
+        float value; // feature of picture 1
     };
     uint32_t width, height;
-    double mean[2]; // of each picture's features
+    double mean[2]; // mean of each picture's features
     double distance;
     std::array<Sample, 12> samples;
 };

@@ -109,7 +109,7 @@ TEST_CASE("bands: a band decodes what it can show and little more")
     for (const double share : shares)
         CHECK(share < 0.5);
     CHECK(std::accumulate(shares.begin(), shares.end(), 0.0) < 1.3);
-    CHECK(std::accumulate(shares.begin(), shares.end(), 0.0) >= 0.99); // that nothing shows is seldom decoded
+    CHECK(std::accumulate(shares.begin(), shares.end(), 0.0) >= 0.99); // anchors that nothing shows are seldom decoded
 }
 
 TEST_CASE("a lens hides squares of an image of the scalar reference")

@@ -149,7 +149,7 @@ TEST_CASE("detail: copies are made anew as the camera goes on, and none is drawn
         CHECK(detailLoss(*coarse, *plain, farWalk(200 * i, 2, 40 - 0.6f * float(i)), withDetail(2), &counts) > 35);
         made += i > 0 ? counts.made : 0;
         kept += counts.kept;
-        CHECK(counts.stale == 0); // what is due is made
+        CHECK(counts.stale == 0); // copies that are due are made
     }
     CHECK(made > 30);
     CHECK(kept > 2 * made);

@@ -86,7 +86,7 @@ TEST_CASE("a step to three times the time is met within 60 frames, then nothing 
             CHECK(guard.lodBias() == 0);
             scene.load = 27;
             CHECK(framesToRecover(scene, guard, 10) <= 60);
-            watch(scene, guard, 300); // what was overshot is given back slowly
+            watch(scene, guard, 300); // an overshoot is given back slowly
             const Ripple rest = watch(scene, guard, 300);
             CHECK(rest.width() == 0);
             CHECK(rest.worst_ms <= 10);

@@ -90,7 +90,7 @@ uint64_t bytesOf(const FrameRoom& room, const FrameCapacity& capacity, uint32_t 
     return room.bytes_of(capacity, passes);
 }
 
-class Rooms { // of any size, of few bytes as often as of many
+class Rooms { // rooms of any size, small ones as often as large ones
 public:
     FrameRoom next(bool budgeted)
     {
@@ -445,7 +445,7 @@ TEST_CASE("frame plan: in rooms and frames of any size")
             const FrameNeeds least = needsOf(load, room, kMaxPasses);
             const auto pairs = uint32_t(std::min<uint64_t>(4 * least.pairs + (1u << 20), UINT32_MAX));
             if (bytesOf(room, {room.anchors, least.slots + 2 * room.gaps(0, 2) + 4096, pairs}, 2) > room.bytes / 2)
-                break; // that memory may be too little for
+                break; // memory may be too little for these
             ++drawn;
             try {
                 const bool fits = draw(load, room, capacity, last).fits;

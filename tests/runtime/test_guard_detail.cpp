@@ -25,8 +25,8 @@ struct CoarseScene {
     size_t budget = 200;    // groups that a frame makes
 
     struct Group {
-        double detail = 0, bias = 0; // that its copy was made for; 0 = it has none
-        double change = 0;           // of this frame
+        double detail = 0, bias = 0; // values that its copy was made for; 0 = it has none
+        double change = 0;           // change in this frame
     };
     std::vector<Group> groups = std::vector<Group>(1000);
     std::deque<double> late = {};
@@ -122,7 +122,7 @@ TEST_CASE("after a step of 1.5 in cost frames are within the target in 12 frames
             CHECK(framesToRecover(scene, guard) <= 12);
             CHECK(guard.detail() > detail);
         }
-    for (const double detail : {0.0, 1.0}) { // of one level
+    for (const double detail : {0.0, 1.0}) { // a model of one level
         CAPTURE(detail);
         FrameGuard guard = guardOf(detail, false);
         CoarseScene scene = restingScene(guard, detail);

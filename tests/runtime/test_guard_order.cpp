@@ -14,7 +14,7 @@ namespace {
 
 // Frames of ten times the target until nothing more can be given up.
 struct Fall {
-    double levels_before_fovea = 0, fovea_before_last_levels = 0; // what had been given up when the next began
+    double levels_before_fovea = 0, fovea_before_last_levels = 0; // parts given up when the next one began
     double lod_bias = 0, fovea_pixels = 0;                        // in the end
 };
 
@@ -53,7 +53,7 @@ TEST_CASE("a model with one level gives up the periphery alone; without foveatio
     CHECK(one_level.lod_bias == 0);
     CHECK(one_level.fovea_pixels == doctest::Approx(6));
     CHECK(fall(FrameGuard({10, 0, 0, 30}), 0, 30).fovea_pixels ==
-          doctest::Approx(100)); // what a frame may be asked for
+          doctest::Approx(100)); // largest value that a frame takes
     CHECK(fall(FrameGuard({10, 0, 0, 100}), 0, 100).fovea_pixels == 100);
     const Fall levels = fall(FrameGuard({10, 0, -8, 0}), 0, 0);
     CHECK(levels.lod_bias == doctest::Approx(-8));

@@ -118,7 +118,7 @@ TEST_CASE("positions and bounds of a far model are those it has at the origin")
     double worst = 0;
     for (size_t i = 0; i < there.size(); ++i)
         worst = std::max(worst, std::abs(double(rounded[i]) - far.by()[i % 3] - double(there[i])));
-    CHECK(worst > 3e-3); // what the trainer's fp32 makes of it
+    CHECK(worst > 3e-3); // error of the trainer's fp32
     const LocalModel back(far.view(), {far.by()[0], far.by()[1], far.by()[2]});
     CHECK(positionsOf(back.view()) == there);
     const LocalModel local(far.view(), *localOrigin(far.view()));

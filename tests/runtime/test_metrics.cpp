@@ -131,7 +131,7 @@ TEST_CASE("pooled PSNR is that of the mean square error, not the mean of PSNRs")
     CHECK(pooled.worst_psnr == doctest::Approx(20));
     CHECK(pooled.worst_frame == 1);
     CHECK(pooled.max_error == doctest::Approx(0.1));
-    CHECK(PooledDifference().psnr() == std::numeric_limits<double>::infinity()); // of nothing, nothing differs
+    CHECK(PooledDifference().psnr() == std::numeric_limits<double>::infinity()); // no pixel, no difference
 }
 
 TEST_CASE("SSIM equals its definition")

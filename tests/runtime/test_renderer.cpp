@@ -213,5 +213,5 @@ TEST_CASE("a device has one name; the CPU does what a better device cannot, wher
         CHECK_THROWS_AS(opened({"cuda", 0}, {"cuda", 0}, code), Error); // it is what was asked for
         CHECK_THROWS_AS(opened({}, {"cpu"}, code), Error);              // has failed already
     }
-    CHECK_THROWS_AS(opened({}, {"cuda", 0}, ErrorCode::Usage), Error); // of no device
+    CHECK_THROWS_AS(opened({}, {"cuda", 0}, ErrorCode::Usage), Error); // a failure without a device
 }

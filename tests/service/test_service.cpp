@@ -48,7 +48,7 @@ public:
 
 private:
     FrameTime m_us;
-    std::map<uint64_t, int> m_times; // of frames in flight
+    std::map<uint64_t, int> m_times; // times of frames in flight
     uint64_t m_ticket = 0;
 };
 
@@ -203,7 +203,7 @@ TEST_CASE("an eye that a worker draws alone has its own lens and gaze, and anoth
     const SyntheticModel model(modelOptions());
     const std::vector<EyeParams> eyes = walk(0, 2);
     std::mutex mutex;
-    std::vector<FrameOptions> drawn; // of the second eye alone
+    std::vector<FrameOptions> drawn; // options of the second eye alone
     ServiceOptions options = cpuWorkers(2, ServiceMode::Eye);
     options.still_distance = options.still_degrees = 1e-6;
     options.make = sleepingRenderers([&](const FrameRequest& request) {
@@ -407,7 +407,7 @@ TEST_CASE("a service is a renderer: tickets in any order, caller's memory, what 
     const SyntheticModel model(modelOptions());
     const auto one = open(model.view());
     ServiceOptions service_options = cpuWorkers(2, ServiceMode::Frame);
-    service_options.still_distance = service_options.still_degrees = 1; // of viewers: here every frame is drawn
+    service_options.still_distance = service_options.still_degrees = 1; // limits for viewers: here every frame is drawn
     service_options.timeout = 1ms;
     const auto shared = makeServiceRenderer(service_options);
     CHECK_THROWS_AS((void)shared->device(), Error);

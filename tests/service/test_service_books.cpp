@@ -111,7 +111,7 @@ void drawForAWhile(const LedgerRules& rules, uint32_t seed)
         default:
             books.deliver();
         }
-        if (!stale.empty()) // what has ended or was given back says nothing any more
+        if (!stale.empty()) // a job that has ended or was given back has no effect any more
             CHECK_FALSE(books.ledger.drawn(stale[random() % stale.size()]));
         books.settle();
         const LedgerCounts& counts = books.ledger.counts();
@@ -160,7 +160,7 @@ TEST_CASE("the newest pose is drawn next, and older ones that wait expire")
     CHECK(ledger.counts().of(PoseEnd::Expired) == 2);
     const auto job = ledger.take(0);
     REQUIRE(job);
-    CHECK(ledger.drawn(*job)); // what was begun does not expire
+    CHECK(ledger.drawn(*job)); // a begun pose does not expire
     CHECK(ledger.deliver()->pose == 2);
 }
 

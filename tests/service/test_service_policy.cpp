@@ -234,7 +234,7 @@ TEST_CASE("bands cover the image, and come to take equally long")
     // the sea on the left, a city on the right
     const auto costs = [](uint32_t column) { return column < 1024 ? 0.1 : 1 + double(column - 1024) / 512; };
     const auto msOf = [&](const ColumnRange& band) {
-        double ms = 0.05; // that every band takes
+        double ms = 0.05; // cost of every band
         for (uint32_t column = band.first; column < std::min(band.end, 2048u); ++column)
             ms += costs(column) / 1000;
         return ms;

@@ -92,7 +92,7 @@ TEST_CASE("a service's trace: rates, workers that draw and sums are counted from
     CHECK(report.counts.still == 3);
     CHECK(report.counts.left_out == 7);
 
-    REQUIRE(report.rate.size() == 10); // of 0.1 s
+    REQUIRE(report.rate.size() == 10); // samples of 0.1 s
     const uint64_t drawing[] = {0, 1, 2, 2, 2, 1, 1, 2, 1, 1};
     for (size_t i = 0; i < 10; ++i) {
         CAPTURE(i);

@@ -55,7 +55,7 @@ TEST_CASE("words that fit, in every form")
     parsed(several, {"sample", "city", "--only", "walk", "orbit", "m.gsc"});
     CHECK(several.many == std::vector<std::string>{"walk", "orbit"});
     CHECK(several.input == "m.gsc");
-    Tree folder; // of the name of a command
+    Tree folder; // folder with the name of a command
     CHECK(parsed(folder, {"make", "sample", "-o", "city"}).input == "sample");
 }
 

@@ -113,7 +113,7 @@ TEST_CASE("anchors of trained models change by what their sensitivity predicts, 
             held += change <= predicted;
             useful += change >= predicted / 10;
         }
-        CHECK(held >= kSamples * 85 / 100);   // of directions from everywhere; where cameras are it holds more often
+        CHECK(held >= kSamples * 85 / 100);   // for directions from everywhere; from the cameras it holds more often
         CHECK(useful >= kSamples * 75 / 100); // it is no bound that holds because it is too large
     }
 }

@@ -320,7 +320,7 @@ TEST_CASE("rotation, opacity and normal are constants where they are constant, e
     const Written varying = writeModel(model);
     const uint32_t all = kModelHasRotation | kModelHasOpacity | kModelHasNormal;
     CHECK((varying.view.params->flags & all) == all);
-    const float identity[4] = {1, 0, 0, 0}; // what is no array's is nobody's value
+    const float identity[4] = {1, 0, 0, 0}; // without an array no anchor has a value of its own
     model.anchors.rotation.assign(model.anchors.rotation.size(), 0.5f);
     CHECK(writeModel(model).view.params->constant_rotation[3] == 0.5f);
     model.anchors.rotation[0] = 0.25f;

@@ -115,7 +115,7 @@ TEST_CASE("lens mask: up of a mesh is up of the picture, and its right is right"
 TEST_CASE("lens mask: a square is hidden only with the pixels around it")
 {
     const SpaceEye eye = eyeOf(-45, 45, 45, -45);
-    const auto strip = [&](double pixels) { // of the left of a picture of 640
+    const auto strip = [&](double pixels) { // hides columns at the left of a picture of 640
         const auto x = float(-1 + pixels / 320);
         HiddenMesh mesh;
         mesh.vertices = {{-2, 2}, {x, 2}, {-2, -2}, {x, -2}};

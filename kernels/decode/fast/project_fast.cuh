@@ -79,7 +79,7 @@ __device__ __forceinline__ bool projectRoot(const DecodeCudaArgs& args, uint32_t
     }
 
     // pixels of the box of the ellipse on which alpha reaches 1/255, cut by upstream's 3-sigma tiles
-    const float reach = 2.0f * __logf(255.0f * opacity) + 5e-3f; // of the squared Mahalanobis distance; an
+    const float reach = 2.0f * __logf(255.0f * opacity) + 5e-3f; // squared Mahalanobis distance; an
     // opacity near 1/255 is rounded by up to half of one of 257 steps when it is packed
     const float ex = sqrtf(reach * a) + 0.01f, ey = sqrtf(reach * c) + 0.01f;
     float x0 = x - ex, y0 = y - ey, x1 = x + ex, y1 = y + ey;

@@ -2,7 +2,7 @@
 // Stands for the CUDA toolkit's header, with as much of it as is used here. Streams run at once; two devices.
 #pragma once
 
-#define CUDART_VERSION 13000 // of the toolkit that is stood for
+#define CUDART_VERSION 13000 // version of the toolkit that this stands for
 
 #include "tests/cuda_emulation/vector_types.h"
 

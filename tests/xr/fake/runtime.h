@@ -35,7 +35,7 @@ Handle handleOf(uint64_t id)
 }
 
 struct Frame {
-    int64_t number; // of the instance, 0 is its first xrWaitFrame
+    int64_t number; // number in the instance, 0 is its first xrWaitFrame
     XrTime predicted;
     XrDuration period;
     bool should_render;
@@ -44,7 +44,7 @@ struct Frame {
 struct Space {
     std::optional<XrReferenceSpaceType> reference; // none: an action's
     uint64_t action = 0;
-    std::string user_path; // of an action's space, empty = any
+    std::string user_path; // path of an action's space, empty = any
     XrPosef offset = kIdentity;
 };
 
@@ -82,7 +82,7 @@ struct Session {
     std::map<uint64_t, Swapchain> swapchains;
     std::vector<std::deque<LocatedView>> located; // by view, latest last
 
-    std::thread::id frame_thread; // of the first frame or swapchain call
+    std::thread::id frame_thread; // thread of the first frame or swapchain call
     std::set<std::string> other_thread_reported;
 };
 
@@ -105,7 +105,7 @@ struct Runtime {
 
     uint64_t instance = 0; // 0 = none
     bool instance_lost = false;
-    uint64_t next_id = 1; // of all kinds, never used again: a stale handle is always found out
+    uint64_t next_id = 1; // one series for all kinds of handles, never used again: a stale handle is always found out
     std::set<std::string> extensions;
     std::deque<XrEventDataBuffer> events;
     std::vector<std::string> paths; // XrPath is the index + 1
@@ -116,7 +116,7 @@ struct Runtime {
     RefreshGrid refreshes;
     bool started = false;    // a first xrWaitFrame there was
     XrTime script_start = 0; // the predicted display time of frame 0
-    XrTime predicted = 0;    // of the newest frame
+    XrTime predicted = 0;    // display time of the newest frame
     int64_t refresh = 0;     // the newest frame's, real clock
     int64_t frames = 0;      // calls of xrWaitFrame
     size_t next_event = 0, next_rate = 0;
@@ -129,7 +129,7 @@ struct Runtime {
     void requireInstance(XrInstance handle) const;
     void requireSystem(XrInstance handle, XrSystemId system) const;
     Session& requireSession(XrSession handle);
-    Session& requireSession(); // of a space or swapchain
+    Session& requireSession(); // session of a space or swapchain
     Session& requireRunning(XrSession handle);
     Space& requireSpace(XrSpace handle);
     Swapchain& requireSwapchain(XrSwapchain handle);

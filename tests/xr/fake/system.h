@@ -6,7 +6,7 @@
 namespace gsc::fake_xr {
 
 constexpr uint32_t kMaxSwapchainSize = 16384; // one image may hold several views
-constexpr uint32_t kMaxViewScale = 2;         // of the recommended width and height
+constexpr uint32_t kMaxViewScale = 2;         // times the recommended width and height
 constexpr uint32_t kMaxLayers = 16;
 
 std::vector<XrViewConfigurationType> offeredConfigurations(const Runtime& rt);
