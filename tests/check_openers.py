@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fails if a sentence of a comment, a docstring or a page opens with "What", "Of", "The same" or "Which".
 
-Such a sentence has no subject that a reader knows; a noun or a verb comes first. Headings, quoted sentences, code and
+Such a sentence has no subject that a reader knows; a noun or a verb comes first. So a comment behind C++ or
+CUDA code does not begin with "of", "that", "what", "which" or "whose". Headings, quoted sentences, code and
 strings are left alone, as are folders of others' code and of builds. Takes another source tree as its argument."""
 import ast
 import io
@@ -22,6 +23,7 @@ QUOTED = re.compile(r'"[^"]*"|“[^”]*”|(`+).*?\1', re.S)
 CPP = re.compile(r'(//)((?:\\\n|[^\n])*)|(/\*)(.*?)\*/|R"(\w*)\(.*?\)\5"|"(?:\\.|[^"\\\n])*"|(?<![\da-fA-F])\'(?:\\.|[^\'\\\n])+\'',
                  re.S)
 SHELL = re.compile(r"""(?:(?<=\s)|(?<![^\n]))(#)([^\n]*)|\\.|"(?:\\.|[^"\\])*"|'[^']*'""", re.S)
+FRAGMENT = re.compile(r"\s*(of|that|what|which|whose) ")
 FENCED = re.compile(r"^([ \t]*)(```|~~~).*?^\1\2[ \t]*$", re.S | re.M)
 
 
@@ -51,6 +53,16 @@ def marked(pattern, code):
     return texts + joined(singles)
 
 
+def fragments(code):
+    """(line, opener) of the comments behind code of C++ that begin as no sentence does"""
+    found = []
+    for match in CPP.finditer(code):
+        fragment = FRAGMENT.match(match[2]) if match[1] else None
+        if fragment and code[code.rfind("\n", 0, match.start()) + 1:match.start()].strip():
+            found.append((code.count("\n", 0, match.start()) + 1, fragment[1]))
+    return found
+
+
 def of_python(code):
     comments = [(*token.start, token.string.lstrip("#"), not token.line[:token.start[1]].strip())
                 for token in tokenize.generate_tokens(io.StringIO(code).readline) if token.type == tokenize.COMMENT]
@@ -74,7 +86,8 @@ def of_page(page):
 
 
 READERS = {".py": of_python, ".md": of_page}
-READERS |= dict.fromkeys((".h", ".cpp", ".cu", ".cuh", ".def", ".js"), lambda code: marked(CPP, code))
+CPP_ENDS = (".h", ".cpp", ".cu", ".cuh", ".def")
+READERS |= dict.fromkeys((*CPP_ENDS, ".js"), lambda code: marked(CPP, code))
 READERS |= dict.fromkeys((".cmake", ".sh", ".yaml", "CMakeLists.txt", ".ci/run"), lambda code: marked(SHELL, code))
 
 
@@ -83,7 +96,7 @@ def openers(name, content):
     reader = next((reader for end, reader in READERS.items() if name.endswith(end)), None)
     if reader is None:
         return None
-    found = []
+    found = fragments(content) if name.endswith(CPP_ENDS) else []
     for line, text in reader(content):
         text = QUOTED.sub(lambda match: re.sub(r"\w", "x", match[0]), text)
         found += [(line + text.count("\n", 0, match.start(1)), match[1]) for match in OPENER.finditer(text)]
@@ -125,6 +138,14 @@ CASES = [(name, content.replace("What", opener), lines) for opener in OPENERS fo
     ("a.md", "```sh\n# What it is.\n\nWhat it is. What.\n```\nSays \"It\nis. What it is.\" `is. What`", []),
     ("a.json", "{\"a\": \"What it is.\"}", None),
 )]
+FRAGMENTS = ("of", "that", "what", "which", "whose")
+CASES += [(name, content.replace("what", opener), lines) for opener in FRAGMENTS for name, content, lines in (
+    ("a.h", "int a; // what it is\nint b;  //what it is", [1, 2]),
+    ("a.cuh", "#else // what it is\n};// a number", [1]),
+    ("a.cpp", "// what it is\nint a; // a number\n       // what it is\nint b; // whatever; what it is", []),
+    ("a.cu", "f(\"// what it is\"); int a; /* what it is */", []),
+    ("a.js", "let a = 1; // what it is", []),
+)]
 
 problems, count = [], 0
 for names, is_others, wanted in ((OTHERS, True, "left out"), (OWN, False, "looked at")):
@@ -140,8 +161,10 @@ for path in [*ROOT.iterdir(), *(path for folder in FOLDERS for path in (ROOT / f
         continue
     found = openers(name, path.read_text(errors="replace")) if any(map(name.endswith, READERS)) else None
     count += found is not None
-    problems += [f'{name}:{line}: a sentence opens with "{opener}", expected a noun or a verb' for line, opener in found or []]
+    problems += [f'{name}:{line}: a sentence or a comment behind code opens with "{opener}", expected a noun or a verb'
+                 for line, opener in found or []]
 if not count:
     problems.append(f"{ROOT}: has no file with comments, expected the root of a source tree")
-print("\n".join(problems) or f"no sentence of the comments of {count} files opens with What, Of, The same or Which")
+print("\n".join(problems) or f"{count} files: no sentence opens with What, Of, The same or Which, no comment behind code with " +
+      ", ".join(FRAGMENTS))
 sys.exit(bool(problems))
