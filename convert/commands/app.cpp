@@ -27,7 +27,8 @@ std::vector<std::string> partsOf(const std::string& list)
 int runGsc(int argc, const char* const* argv)
 {
     return runProgram({"gsc", "Turns trained Scaffold-GS and Octree-GS models into .gsc files, and checks them.",
-                       versionText("gsc"), "version, commit, file format and CUDA", kFooter,
+                       versionText("gsc"),
+                       "print the version, the commit, and the versions of the file format and of CUDA", kFooter,
                        [](CLI::App& root, Invocation& invocation) {
                            addConvertCommand(root, invocation);
                            addValidateCommand(root, invocation);

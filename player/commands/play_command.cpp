@@ -201,20 +201,21 @@ void addBackendsCommand(CLI::App& root, Invocation& invocation)
 
 int runGscPlay(int argc, const char* const* argv)
 {
-    return runProgram({"gsc-play",
-                       "Plays a .gsc model: renders it from the cameras given, in a window or in a headset.",
-                       versionText("gsc-play") + "\nimages " + imageExtensions(),
-                       "version, commit, file format, CUDA and image files", "",
-                       [](CLI::App& root, Invocation& invocation) {
-                           addPlayCommand(root, invocation);
-                           addBenchCommand(root, invocation);
-                           addStabilityCommand(root, invocation);
-                           addLiveCommand(root, invocation);
-                           addWindowCommand(root, invocation);
-                           addXrCommand(root, invocation);
-                           addBackendsCommand(root, invocation);
-                       }},
-                      argc, argv);
+    return runProgram(
+        {"gsc-play", "Plays a .gsc model: renders it from the cameras given, in a window or in a headset.",
+         versionText("gsc-play") + "\nimages " + imageExtensions(),
+         "print the version, the commit, the versions of the file format and of CUDA, and the image files it writes",
+         "",
+         [](CLI::App& root, Invocation& invocation) {
+             addPlayCommand(root, invocation);
+             addBenchCommand(root, invocation);
+             addStabilityCommand(root, invocation);
+             addLiveCommand(root, invocation);
+             addWindowCommand(root, invocation);
+             addXrCommand(root, invocation);
+             addBackendsCommand(root, invocation);
+         }},
+        argc, argv);
 }
 
 } // namespace gsc

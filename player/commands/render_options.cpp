@@ -52,8 +52,10 @@ void addReuseOptions(CLI::App& app, PlayOptions& options)
         "with --reuse error, most anchors decoded again per frame and eye, the largest predicted change first; fewer "
         "is faster and less exact. Anchors never decoded before always are; 0 = all that --reuse-bound asks for")
         .rare();
-    addByteSize(app, "--cache-budget", reuse.cache_bytes, 1, "SIZE (default: a quarter of the machine's)",
-                "most memory for decoded Gaussians, such as 256M")
+    addByteSize(
+        app, "--cache-budget", reuse.cache_bytes, 1, "SIZE (default: a quarter)",
+        "most memory for decoded Gaussians, such as 256M; default: a quarter of main memory, or on a GPU of its free "
+        "memory")
         .rare();
 }
 
@@ -179,7 +181,7 @@ void addLookOptions(CLI::App& app, PlayOptions& options)
                "row of the appearance embedding (one per training picture) for every camera")
         .rare();
     detail::addValue(app, "--background", "model|R,G,B (default: model)",
-                     "colour behind the model; model = the colour it was trained with",
+                     "colour behind the model, three numbers from 0 to 1; model = the colour it was trained with",
                      [&options](const std::string& name, const std::string& text) {
                          if (text == "model")
                              options.frame.background.reset();
@@ -257,9 +259,10 @@ void addScoreFrames(CLI::App& app, ScoreOptions& score)
 {
     constexpr int64_t kMany = 1000000;
     addInteger(app, "--score-every", score.every, 1, kMany, "N (default: 1)",
-               "compare every N-th frame with exact pictures: PSNR and other scores")
+               "score every N-th camera of the path against the tier exact")
         .rare();
-    addInteger(app, "--score-first", score.first, 0, kMany, "N (default: 0)", "number of the first frame to score")
+    addInteger(app, "--score-first", score.first, 0, kMany, "N (default: 0)",
+               "number of the first camera of the path to score, counted from 0")
         .rare();
 }
 
