@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/cuda/anchor_shape.cuh"
+#include "kernels/math/band.h"
 #include "kernels/math/lod.h"
 #include "kernels/math/projection.h"
 #include "kernels/select/select_cuda.h"
@@ -73,12 +74,14 @@ __device__ __forceinline__ bool mayShow(const SelectCudaArgs& args, const Record
     }
 
     const Vec3<float> t = viewPoint<float>(eye, c);
-    if (t.z + radius <= args.rules.near_z)
+    // a view that scales or shears makes boxes and anchors larger by at most this
+    const float stretch = sqrtf(viewStretch(eye.world_to_view)), reach_of_box = radius * stretch;
+    if (t.z + reach_of_box <= args.rules.near_z)
         return false;
-    const float nearest_z = fmaxf(t.z - radius, args.rules.near_z);
+    const float nearest_z = fmaxf(t.z - reach_of_box, args.rules.near_z);
     const float lx = fabsf(eye.tan_mid_x) + 1.3f * eye.tan_fov_x, ly = fabsf(eye.tan_mid_y) + 1.3f * eye.tan_fov_y;
     const float focal = fmaxf(eye.focal_x, eye.focal_y);
-    const float sigma = focal * record.anchor_sigma_max / nearest_z;
+    const float sigma = focal * record.anchor_sigma_max * stretch / nearest_z;
     // 3 sigma of the larger axis, the eigenvalue floor, rounding up, and a tile
     const float reach = 3.0f * sqrtf(sigma * sigma * (1.0f + lx * lx + ly * ly) + 1.0f) * 1.01f + 2.0f + kTileSize;
     if (!(reach < 1e6f))
@@ -87,8 +90,8 @@ __device__ __forceinline__ bool mayShow(const SelectCudaArgs& args, const Record
     // the image's middle off the axis makes the two planes of a side lean differently; the longer normal serves both
     const float ox = eye.focal_x * eye.tan_mid_x, oy = eye.focal_y * eye.tan_mid_y;
     const float sx = wx + fabsf(ox), sy = wy + fabsf(oy);
-    const float nx = radius * sqrtf(eye.focal_x * eye.focal_x + sx * sx);
-    const float ny = radius * sqrtf(eye.focal_y * eye.focal_y + sy * sy);
+    const float nx = reach_of_box * sqrtf(eye.focal_x * eye.focal_x + sx * sx);
+    const float ny = reach_of_box * sqrtf(eye.focal_y * eye.focal_y + sy * sy);
     return fabsf(t.x * eye.focal_x - t.z * ox) - t.z * wx <= nx * 1.001f &&
            fabsf(t.y * eye.focal_y - t.z * oy) - t.z * wy <= ny * 1.001f;
 }

@@ -148,6 +148,29 @@ TEST_CASE("select: a camera amid fine anchors that are shown from close by alone
     CHECK(visible > 3000);
 }
 
+TEST_CASE("select: views that scale and shear: the flat pass's set")
+{
+    const SyntheticModel model({.anchors = 3000, .feat_dim = 4, .n_offsets = 1, .log_scale = -1.5f});
+    const CheckSelection select = selectionOf(model.view());
+    Random random(23);
+    size_t visible = 0;
+    for (int i = 0; i < 24; ++i) {
+        EyeParams eye = randomEye(random, 12);
+        const float scale = std::exp(random.uniform(-1.5f, 1.5f)), shear = random.uniform(-2, 2);
+        for (int c = 0; c < 4; ++c) {
+            float* w = eye.world_to_view + c;
+            w[0] = scale * (w[0] + shear * w[4]);
+            w[4] *= i % 3 == 0 ? scale : 1.0f;
+            w[8] *= i % 3 == 1 ? scale : 1.0f;
+            eye.full_projection[c] = w[0] / eye.tan_fov_x;
+            eye.full_projection[4 + c] = w[4] / eye.tan_fov_y;
+            eye.full_projection[8 + c] = eye.full_projection[12 + c] = w[8];
+        }
+        visible += select({eye}, 0, 0).visible;
+    }
+    CHECK(visible > 3000);
+}
+
 TEST_CASE("trap 18: anchors with NaN in position or scale are never visible")
 {
     SyntheticOptions options{.anchors = 64, .encoding = PositionEncoding::Float};
