@@ -13,6 +13,7 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <utility>
 
 namespace gsc {
 
@@ -65,12 +66,20 @@ unsigned likeness(const ChartRun& none, const ChartRun& row)
     return value;
 }
 
+// How many devices draw, and how they share.
+std::pair<size_t, std::string> workersOf(const ChartRun& row)
+{
+    return row.service ? std::pair(row.service->list.size(), row.service->mode) : std::pair(size_t(0), std::string());
+}
+
 const ChartRun* baselineOf(const Panel& panel, const ChartRun& row)
 {
     const ChartRun* best = nullptr;
     for (const ChartRun* none : panel.rows) {
-        const bool fits = methodOf(none->config) == "none" && !none->reference_file &&
-                          none->config.tier == row.config.tier && none->config.threads == row.config.threads &&
+        const bool fits = methodOf(none->config) == "none" && none->config.target_ms == 0 && !none->reference_file &&
+                          none->config.frames_in_flight == row.config.frames_in_flight &&
+                          workersOf(*none) == workersOf(row) && none->config.tier == row.config.tier &&
+                          none->config.threads == row.config.threads &&
                           none->config.vram_budget == row.config.vram_budget;
         if (fits && (!best || likeness(*none, row) > likeness(*best, row)))
             best = none;

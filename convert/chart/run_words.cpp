@@ -87,6 +87,7 @@ std::vector<std::string> configWords(const ChartRun& row)
         numberWords("target %g ms", config.target_ms),
         config.frames_in_flight > 1 ? formatCount(config.frames_in_flight) + " frames in flight" : std::string(),
         numberWords(config.fovea_pixels == 1 ? "foveation to %g pixel" : "foveation to %g pixels", config.fovea_pixels),
+        row.service ? formatCount(row.service->list.size(), "worker") + ", mode " + row.service->mode : std::string(),
         config.stereo != "exact" ? "stereo " + config.stereo : std::string(),
         config.cold ? "cold start" : "warm start",
         config.threads ? formatCount(uint64_t(config.threads), "thread") : std::string(),

@@ -108,8 +108,7 @@ std::string baselineWords(const Json& panels)
         return {};
     return (count == panels.size() ? "No run" : titles + ": no run") +
            " has policy none and detail 0, so there is no speed-up to tell. Add {\"policy\": \"none\", \"detail\": 0} "
-           "to the "
-           "runs of the sweep.";
+           "to the runs of the sweep, or a row of gsc-play bench without --reuse, --detail and --target-ms.";
 }
 
 } // namespace gsc

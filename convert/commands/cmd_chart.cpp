@@ -24,14 +24,14 @@ constexpr uint64_t kMaxRuns = uint64_t(1) << 32; // most bytes of a file
 struct ChartOptions {
     std::vector<std::string> inputs;
     std::string output;
-    std::string figures; // folder, empty = none
+    std::string figures; // folder; empty = not given
     bool overwrite = false;
 };
 
 std::vector<NamedPath> inputsOf(const ChartOptions& options)
 {
     std::vector<NamedPath> inputs;
-    for (const std::string& input : options.inputs) // standard input may be a file too
+    for (const std::string& input : options.inputs) // standard input may be redirected from a file
         inputs.push_back({isStandardOutput(input) ? "/dev/stdin" : input, "an input"});
     return inputs;
 }
@@ -250,7 +250,7 @@ void addChartCommand(CLI::App& app, Invocation& invocation)
             "folder for every figure of the page as SVG and PNG, besides the page");
     addReporterOptions(command, invocation.reporter, true);
     setFooter(command, "The page needs no network. Lines with another kind of JSON are skipped, with a\n"
-                       "warning. Runs with equal settings in several files are repeats of one run: the\n"
+                       "warning. Rows with equal settings are repeats of one run: the\n"
                        "page shows the one in the middle by time, the least and the largest time, and\n"
                        "the worst accuracy.\n"
                        "\n"

@@ -63,6 +63,7 @@ void RunMerger::addLine(std::string_view line, const std::string& where, bool ha
     describe(record.object("shard"), facts);
     record.object("shard").check("tasks", facts.tasks <= kMostTasks, "at most 10000000");
     record.object("shard").check("count", facts.count <= kMostShards, "at most 1000000");
+    std::string form = schema;
     if (is_run) {
         const RunRow run = runRowOf(json, where);
         row.device = run.device.name;
@@ -74,13 +75,14 @@ void RunMerger::addLine(std::string_view line, const std::string& where, bool ha
     }
     if (m_rows.empty()) {
         m_schema = schema;
+        m_form = form;
         m_model = facts.model;
         m_set = facts.set;
         m_count = facts.count;
         m_first = where;
         m_tasks = facts.tasks;
     }
-    const char* const differs = schema != m_schema       ? "form"
+    const char* const differs = form != m_form           ? "form"
                                 : facts.model != m_model ? "model"
                                 : facts.count != m_count ? "number of shards"
                                 : facts.tasks != m_tasks ? "number of tasks"

@@ -39,7 +39,7 @@ private:
     };
     void addLine(std::string_view line, const std::string& where, bool has_end);
 
-    std::string m_schema, m_model, m_set, m_first; // facts of the first row, and its file and line
+    std::string m_schema, m_form, m_model, m_set, m_first; // facts of the first row, and its file and line
     uint64_t m_count = 0, m_tasks = 0;
     std::map<uint64_t, Row> m_rows; // rows by task
 };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gsc/error.h>
+#include "runtime/cli/setting_words.h"
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
 #include "runtime/cli/options.h"
@@ -124,7 +125,7 @@ ErrorCode runXrCommand(const XrChoice& choice, Reporter& report)
     } catch (const HeadsetError& e) {
         if (choice.fallback != "window")
             throw;
-        report.warning(std::string(e.what()) + "; a window is opened instead, without the options of a headset");
+        report.warning(warningText(e) + "; a window is opened instead, without the options of a headset");
     }
     WindowOptions window;
     window.play.model = choice.xr.play.model;

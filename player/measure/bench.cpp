@@ -2,6 +2,7 @@
 #include "player/measure/bench.h"
 
 #include <gsc/error.h>
+#include "runtime/cli/setting_words.h"
 #include <gsc/scene.h>
 #include "kernels/threads/stopwatch.h"
 #include "player/devices/open_renderer.h"
@@ -35,7 +36,7 @@ DeviceCeilings ceilingsOf(Renderer& renderer, Reporter& log)
     } catch (const Error& e) {
         if (e.code() != ErrorCode::OutOfMemory)
             throw;
-        log.warning(formatString("no floors: the device's ceilings could not be measured: %s", e.what()));
+        log.warning(formatString("no floors: the device's ceilings could not be measured: %s", warningText(e).c_str()));
         return {};
     }
 }
@@ -60,11 +61,11 @@ RunRow bench(const BenchOptions& options, Reporter& log)
     if (play.cameras.isFile())
         inputs.push_back({play.cameras.file, "the camera file"});
     checkRowOutput(options.out, inputs, log.json());
-    const auto isRow = [&](const OrderedJson& json) {
-        (void)runRowOf(json, options.out);
-        return true;
-    };
-    if (const RowFile rows(options.out, kRunRow, isRow); !rows.cutOff().empty())
+    const RowFile rows(options.out, kRunRow, [](const OrderedJson& json, const std::string& where) {
+        if (const RunRow row = runRowOf(json, where); row.shard || row.stability || row.curve)
+            refuseMixed(where, row);
+    });
+    if (!rows.cutOff().empty())
         log.warning(rows.cutOff());
     checkFramesInFlight(options);
     const Clock::time_point open_start = Clock::now();

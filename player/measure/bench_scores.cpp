@@ -2,6 +2,7 @@
 #include "player/measure/bench_scores.h"
 
 #include <gsc/error.h>
+#include "runtime/cli/setting_words.h"
 #include "format/numbers/count_text.h"
 #include "player/devices/open_renderer.h"
 #include "player/frames/lod_target.h"
@@ -129,7 +130,7 @@ Accuracy scoreBench(const BenchOptions& options, const std::shared_ptr<const Sce
     } catch (const Error& e) {
         if (e.code() != ErrorCode::OutOfMemory)
             throw;
-        log.warning(formatString("no accuracy: %s", e.what()));
+        log.warning(formatString("no accuracy: %s", warningText(e).c_str()));
         return {};
     }
 }

@@ -3,6 +3,7 @@
 
 #include <gsc/checksum.h>
 #include <gsc/error.h>
+#include "player/devices/worker_options.h"
 #include "player/frames/content_hash.h"
 #include "runtime/records/reuse_names.h"
 #include <gsc/frame_stats.h>
@@ -18,12 +19,19 @@ namespace {
 
 std::string idOf(const RunContext& context, const Path& path, const RunConfig& run)
 {
+    OrderedJson workers = OrderedJson::array(); // each keeps entries of its own
+    if (drawsWithService(context.devices))
+        for (const DeviceId& device : workerDevices(context.devices))
+            workers.push_back(device.backend);
+    const std::string mode = workers.empty() ? std::string() : serviceModeName(context.devices.workers.mode);
     const OrderedJson said = {{"run", runKeyJson(run)},
                               {"trajectory", path.name},
                               {"frames", path.shots.size()},
                               {"warmup", context.warmup},
                               {"measured", context.measured},
                               {"in_flight", context.in_flight},
+                              {"workers", std::move(workers)},
+                              {"mode", mode},
                               {"ssim", context.score.ssim_every},
                               {"flip", context.score.flip_every},
                               {"scored", {context.score.first, context.score.every, context.score.listed}},

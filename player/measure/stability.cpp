@@ -3,6 +3,7 @@
 
 #include <gsc/error.h>
 #include "player/measure/measurer.h"
+#include "player/measure/new_warnings.h"
 #include "player/measure/run_facts.h"
 #include "player/measure/run_text.h"
 #include "player/shard/shard_rows.h"
@@ -92,18 +93,12 @@ void checkChanges(const StabilityOptions& options, const Path& path)
             "two frames or more", "pass --bound-temporal 0 too");
 }
 
-// Hash of everything that changes a row: ids of the trajectories, bounds, mode and backends of the workers; not the number of
-// a device.
+// Hash of all that changes what the trajectories give: their ids and the bounds.
 uint64_t stabilityHash(const StabilityOptions& options, const std::vector<std::string>& ids)
 {
-    OrderedJson workers = OrderedJson::array(); // their number counts: each has a reuse cache of its own
-    for (const DeviceId& device : workerDevices(options.play.devices))
-        workers.push_back(device.backend);
     const OrderedJson said = {{"tool", toJson(thisTool())},
                               {"ids", ids},
-                              {"bounds", {options.bound_psnr, options.bound_temporal, options.bound_p99}},
-                              {"mode", serviceModeName(options.play.devices.workers.mode)},
-                              {"workers", std::move(workers)}};
+                              {"bounds", {options.bound_psnr, options.bound_temporal, options.bound_p99}}};
     const std::string text = jsonText(said, -1);
     return checksum64(std::as_bytes(std::span(text)));
 }
@@ -155,7 +150,7 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
     std::optional<ShardRows> rows;
     if (shard.isGiven()) {
         checkStabilityOutput(options, files);
-        rows.emplace(options.out, kRunRow, shard);
+        rows.emplace(options.out, kRunRow, shard, "stability");
     }
     const std::shared_ptr<const Scene> scene = openScene(options.play.model, options.play.devices);
     const PlayOptions& play = options.play;
@@ -164,17 +159,13 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
     std::vector<uint64_t> lengths;
     // A row has only the warnings of its trajectory, so that every shard would write equal bytes.
     std::vector<std::vector<std::string>> warnings;
-    size_t told = log.warnings().size();
-    const auto takeWarnings = [&](std::vector<std::string>& row) {
-        row.insert(row.end(), log.warnings().begin() + ptrdiff_t(told), log.warnings().end());
-        told = log.warnings().size();
-    };
+    NewWarnings new_warnings(log);
     for (const std::string& file : files) {
         paths.push_back(openPath(*scene, play.model.file, play.cameras.of(file), play.view, file, log));
         lengths.push_back(paths.back().shots.size());
         checkScored(options.score, paths.back(), "--score-first");
         checkChanges(options, paths.back());
-        takeWarnings(warnings.emplace_back());
+        new_warnings.addTo(warnings.emplace_back());
     }
     checkFrames(play.cameras, paths);
     Measurer measurer(scene, play.model, play.devices, options.reference, options.score, log);
@@ -215,13 +206,12 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
         const auto [found, is_new] = without_path.try_emplace(paths[i].no_path);
         if (is_new)
             (void)choiceOn(paths[i].no_path, play.frame, log); // also for trajectories that are done
-        takeWarnings(found->second);
+        new_warnings.addTo(found->second);
         warnings[i].insert(warnings[i].end(), found->second.begin(), found->second.end());
     }
     for (const size_t i : own) {
         if (const OrderedJson* const known = rows ? rows->find(i) : nullptr) {
             summary.rows.push_back(runRowOf(*known, options.out));
-            summary.rows.back().shard.reset();
             ++summary.rows_before;
         } else {
             log.progressPart(paths[i].name);
@@ -229,10 +219,12 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
                                                   [&](uint64_t done) { log.progress("render", before + done, total); });
             RunRow& row = summary.rows.emplace_back(runRow(context, configs[i], summary.backend, result));
             row.stability = StabilityFacts{judge(options, result)};
-            takeWarnings(warnings[i]);
+            new_warnings.addTo(warnings[i]);
             row.warnings = warnings[i];
-            if (rows)
+            if (rows) {
                 rows->add(i, jsonText(toJson(row), -1));
+                row.shard = rows->factsOf(i);
+            }
         }
         before += lengths[i];
     }

@@ -35,16 +35,20 @@ void checkShardRow(const ShardFacts& row, const ShardFacts& expected, const std:
                     formatString("give every shard of every run its own %s", option));
 }
 
-ShardRows::ShardRows(const std::string& path, const RowKind& kind, const Shard& shard)
-    : m_file(path, kind, [&](const OrderedJson& json) {
-          try {
-              Row row;
-              describe(Record(json, path).object("shard"), row.facts);
-              row.json = json;
-              return m_rows.try_emplace(row.facts.task, std::move(row)).second;
-          } catch (const Error&) {
-              return false;
-          }
+ShardRows::ShardRows(const std::string& path, const RowKind& kind, const Shard& shard, const char* part)
+    : m_file(path, kind, [&](const OrderedJson& json, const std::string& where) {
+          Row row;
+          const Record record(json, where, kind.expected);
+          describe(record.object("shard"), row.facts);
+          if (part != nullptr && !record.hasPart(part, true))
+              throw Error(ErrorCode::InvalidFile, where, std::string("has no ") + part, kind.expected,
+                          "remove the line or run it again");
+          row.json = json;
+          const uint64_t task = row.facts.task;
+          if (!m_rows.try_emplace(task, std::move(row)).second)
+              throw Error(ErrorCode::InvalidFile, where,
+                          formatString("has task %llu, which a line above has", static_cast<unsigned long long>(task)),
+                          "each task once", "remove one of the lines");
       })
 {
     for (const auto& [task, row] : m_rows) {
@@ -78,8 +82,14 @@ void ShardRows::begin()
 
 void ShardRows::add(uint64_t task, std::string_view line)
 {
-    m_facts.task = task;
-    m_file.add(withShard(line, m_facts));
+    m_file.add(withShard(line, factsOf(task)));
+}
+
+ShardFacts ShardRows::factsOf(uint64_t task) const
+{
+    ShardFacts facts = m_facts;
+    facts.task = task;
+    return facts;
 }
 
 } // namespace gsc

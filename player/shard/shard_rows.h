@@ -24,9 +24,10 @@ void checkShardRow(const ShardFacts& row, const ShardFacts& expected, const std:
 // Rows of a shard, by task.
 class ShardRows {
 public:
-    // Reads the file, before any work; the next row replaces a half-written last one. Throws Error: InvalidFile for a line
-    // that is no row of a shard; Io; Usage for rows of another shard.
-    ShardRows(const std::string& path, const RowKind& kind, const Shard& shard);
+    // Reads the file, before any work; the next row replaces a half-written last one. `part`: a field that every row must
+    // have. Throws Error: InvalidFile for a line that is no row of a shard, or a task that is there twice; Io; Usage for rows
+    // of another shard.
+    ShardRows(const std::string& path, const RowKind& kind, const Shard& shard, const char* part = nullptr);
 
     [[nodiscard]] bool isNew() const { return m_is_new; } // true if there was no such file
     [[nodiscard]] const std::string& cutOff() const { return m_file.cutOff(); }
@@ -38,6 +39,8 @@ public:
     void begin();
     // Adds the row of a task. Throws Error(Io), also if another program writes to the file.
     void add(uint64_t task, std::string_view line);
+
+    [[nodiscard]] ShardFacts factsOf(uint64_t task) const; // facts in the row of a task
 
 private:
     struct Row {

@@ -2,21 +2,19 @@
 #include "player/sweep/run_rows.h"
 
 #include <gsc/error.h>
+#include "player/measure/row_output.h"
 #include "runtime/records/row_lines.h"
 
 namespace gsc {
 
-RunRows::RunRows(const std::string& path)
-    : m_file(path, kRunRow, [&](const OrderedJson& json) {
-          try {
-              RunRow row = runRowOf(json, path);
-              if (row.shard)
-                  m_tasks.insert(row.shard->task);
-              m_rows.insert_or_assign(row.config.id, std::move(row));
-              return true;
-          } catch (const Error&) {
-              return false;
-          }
+RunRows::RunRows(const std::string& path, bool is_sharded)
+    : m_file(path, kRunRow, [&](const OrderedJson& json, const std::string& where) {
+          RunRow row = runRowOf(json, where);
+          if (row.curve || row.stability || (row.shard && !is_sharded))
+              refuseMixed(where, row);
+          if (row.shard)
+              m_tasks.insert(row.shard->task);
+          m_rows.insert_or_assign(row.config.id, std::move(row));
       })
 {
 }

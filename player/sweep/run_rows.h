@@ -15,7 +15,7 @@ namespace gsc {
 // Rows of a file, by config.id. Functions throw as those of RowFile.
 class RunRows {
 public:
-    explicit RunRows(const std::string& path);
+    RunRows(const std::string& path, bool is_sharded);
 
     [[nodiscard]] const std::string& cutOff() const { return m_file.cutOff(); }
     [[nodiscard]] const RunRow* find(const std::string& id) const;

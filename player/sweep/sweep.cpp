@@ -2,11 +2,13 @@
 #include "player/sweep/sweep.h"
 
 #include <gsc/error.h>
+#include "runtime/cli/setting_words.h"
 #include <gsc/file/output_file.h>
 #include <gsc/file/read_file.h>
 #include "player/frames/content_hash.h"
 #include "player/frames/lod_target.h"
 #include "player/measure/measurer.h"
+#include "player/measure/new_warnings.h"
 #include "player/shard/shard_rows.h"
 #include "runtime/backend/frame_checks.h"
 #include "runtime/records/row_file.h"
@@ -82,8 +84,8 @@ RunConfig runOnPath(RunConfig run, const Path& path)
 class Sweep {
 public:
     Sweep(const BenchOptions& options, const SweepConfig& config, Reporter& log)
-        : m_config(config), m_log(log), m_rows(options.out),
-          m_scene(openScene(options.play.model, options.play.devices))
+        : m_config(config), m_log(log), m_rows(options.out, options.play.shard.isGiven()),
+          m_scene(openScene(options.play.model, options.play.devices)), m_new_warnings(log)
     {
         const PlayOptions& play = options.play;
         checkLevelOptions(*m_scene, play.model.file, play.frame);
@@ -95,6 +97,7 @@ public:
             if (config.frames > 0)
                 from.end = config.frames;
             m_paths.push_back(openPath(*m_scene, play.model.file, from, m_context.view, trajectory, log));
+            m_new_warnings.addTo(m_path_warnings.emplace_back());
             checkScored(config.score, m_paths.back(), options.sweep + ": score_first");
         }
         m_context.label = options.label;
@@ -136,7 +139,7 @@ public:
             } catch (const Error& e) {
                 if (e.code() != ErrorCode::Unsupported)
                     throw;
-                m_log.warning(formatString("left out: %s", e.what()));
+                m_log.warning(formatString("left out: %s", warningText(e).c_str()));
                 m_frames_done += path.shots.size();
             }
             ++m_runs_done;
@@ -210,9 +213,11 @@ private:
     {
         std::set<const Path*> told;
         for (const Task& task : m_tasks)
-            if (told.insert(task.path).second)
+            if (told.insert(task.path).second) {
                 (void)choiceOn(task.path->no_path, *std::ranges::max_element(m_runs, {}, &RunConfig::detailPixels),
                                m_log);
+                m_new_warnings.addTo(warningsOf(*task.path));
+            }
     }
 
     RunRow rowOf(const Task& task)
@@ -242,8 +247,13 @@ private:
         const RunResult result = m_measurer->run(
             path, run.backend, frame, [&](uint64_t done) { m_log.progress("render", m_frames_done + done, m_total); });
         m_frames_done += frames;
-        return appended(runRow(m_context, config, run.backend, result), task);
+        RunRow row = runRow(m_context, config, run.backend, result);
+        row.warnings = warningsOf(path);
+        m_new_warnings.addTo(row.warnings);
+        return appended(std::move(row), task);
     }
+
+    std::vector<std::string>& warningsOf(const Path& path) { return m_path_warnings[size_t(&path - m_paths.data())]; }
 
     RunRow appended(RunRow row, const Task& task)
     {
@@ -269,6 +279,8 @@ private:
     std::shared_ptr<const Scene> m_scene;
     RunContext m_context;
     std::vector<Path> m_paths;
+    NewWarnings m_new_warnings;
+    std::vector<std::vector<std::string>> m_path_warnings; // a list for each path
     std::unique_ptr<Measurer> m_measurer;
     std::vector<RunConfig> m_runs;
     std::vector<Task> m_tasks;         // tasks of this shard

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Output of a window: pictures and overlay that it shows; screenshots, recordings and log lines that it writes.
+// Output of the window: the pictures and the overlay that it shows, and the screenshots, recordings and log lines that
+// it writes.
 #include "player/window/window_session.h"
 
 #include <gsc/error.h>
+#include "runtime/cli/setting_words.h"
 #include "runtime/cameras/length.h"
 #include "runtime/image/image_io.h"
 #include "runtime/view/colour_legend.h"
@@ -15,13 +17,14 @@ namespace gsc {
 
 namespace {
 
-constexpr double kRecordFps = 72; // rate of the headset paths of `gsc sample paths`
+constexpr double kRecordFps = 72; // frames per second, the same as in the headset paths of `gsc sample paths`
 
 } // namespace
 
 void WindowSession::compareAtRest()
 {
-    const bool is_last = !m_changed && !m_again && !m_shown.empty(); // the picture shown
+    // the shown picture is of the current view and settings
+    const bool is_last = !m_changed && !m_again && !m_shown.empty();
     if (m_settings.compare != CompareMode::Off && m_settings.view == FrameView::Picture && m_attempts == 0 && is_last)
         m_comparison.advance(now(), pose(m_view), frameOptionsNow());
 }
@@ -35,7 +38,7 @@ std::vector<ShownPicture> WindowSession::pictures(FrameToShow& frame)
         return shown;
     const DrawnPose& newest = m_shown.back();
     shown = m_source.shown(newest);
-    if (shown.empty()) { // the GPU that had them is lost
+    if (shown.empty()) { // the GPU that held the pictures is lost
         m_shown.clear();
         m_changed = true;
         return shown;
@@ -49,16 +52,16 @@ std::vector<ShownPicture> WindowSession::pictures(FrameToShow& frame)
         shown[e].height = picture.height;
         shown[e].x = x;
     }
-    // size of the window when the pose was asked for: a picture of another size is scaled
+    // the canvas has the size that the pictures were drawn for, and is scaled if the window's size has changed since
     const uint32_t x = shown.back().x + shown.back().width;
     frame.width = x;
     frame.height = shown.front().height;
     if (newest.asked.eyes == 2 && m_input.height == frame.height && m_input.width == x + 1)
-        frame.width = m_input.width; // an odd width leaves a column
+        frame.width = m_input.width; // two eyes of equal width leave one column of an odd width empty
     return shown;
 }
 
-// Lines at the top and, of a split, at the lower edge of each eye.
+// Sets the notes: lines at the top and, for a split, at the lower edge of each eye.
 void WindowSession::fillNotes()
 {
     using Align = OverlayNote::Align;
@@ -116,7 +119,7 @@ void WindowSession::show(const WindowInput& input)
     fillOverlay();
     if (frame.width == 0 || frame.height == 0 || !m_presenter.show(frame, &m_overlay)) {
         m_last_show = at;
-        m_dirty = input.width > 0 && input.height > 0; // again, unless the window is minimised
+        m_dirty = input.width > 0 && input.height > 0; // nothing was shown: try again, unless the window is minimised
         return;
     }
     m_last_show = at;
@@ -156,9 +159,9 @@ void WindowSession::show(const WindowInput& input)
     line.said = m_overlay.message;
     try {
         m_log->add(windowLine(line));
-    } catch (const Error& e) { // a full disk does not end the flight
-        m_report.warning(e.what());
-        say(e.what());
+    } catch (const Error& e) { // a full disk does not close the window
+        m_report.warning(warningText(e));
+        say(warningText(e));
         m_log->close();
     }
 }
@@ -167,7 +170,7 @@ std::string WindowSession::freeName(const char* stem, const std::vector<const ch
 {
     for (int i = 1;; ++i) {
         const std::string name = (std::filesystem::path(m_options.folder) / formatString("%s-%04d", stem, i)).string();
-        std::error_code unreadable; // then writing tells
+        std::error_code unreadable; // if the folder cannot be read, writing will report it
         if (std::ranges::none_of(
                 endings, [&](const char* ending) { return std::filesystem::exists(name + ending, unreadable); }))
             return name;
@@ -181,7 +184,7 @@ void WindowSession::wantScreenshot()
         say("screenshot: this display's images cannot be read; write pictures with gsc-play FILE --out");
 }
 
-// The picture, and a camera file that draws it again.
+// Writes the shown picture, and a camera file from which it can be drawn again.
 void WindowSession::writeScreenshot()
 {
     uint32_t width = 0, height = 0;
@@ -199,8 +202,8 @@ void WindowSession::writeScreenshot()
         camera.start(name, kRecordFps);
         (void)camera.add(0, shot.camera, shot.ipd);
         (void)camera.stop(name + ".json");
-    } catch (const Error& e) { // a full disk does not end the flight
-        say(e.what());
+    } catch (const Error& e) { // a full disk does not close the window
+        say(warningText(e));
         return;
     }
     m_wrote = name + ending;
@@ -233,7 +236,7 @@ void WindowSession::toggleRecording()
     try {
         writeRecording();
     } catch (const Error& e) {
-        say(e.what());
+        say(warningText(e));
     }
 }
 

@@ -2,6 +2,7 @@
 #include "player/window/window_session.h"
 
 #include <gsc/error.h>
+#include "runtime/cli/setting_words.h"
 #include "runtime/cameras/length.h"
 #include "player/devices/worker_options.h"
 #include "runtime/records/reuse_names.h"
@@ -15,16 +16,17 @@ namespace gsc {
 
 namespace {
 
-constexpr double kIdleSeconds = 0.1; // between two looks at a window in which nothing happens
-constexpr double kPadSeconds = 0.01; // shortest wait with a gamepad at rest: it wakes no thread
-// shortest turn that finds nothing to do, though a key is held or a frame under way
+constexpr double kIdleSeconds = 0.1; // longest wait for input while nothing moves
+constexpr double kPadSeconds = 0.01; // longest wait while a gamepad is connected, because its input does not end a wait
+// wait for input while a key is held or a picture is being drawn, if the last turn of the loop had nothing to do
 constexpr double kTurnSeconds = 0.004;
-constexpr int kAttempts = 3; // tries of a picture that fails, before it waits for the next pose
-constexpr auto kPictureWait = std::chrono::milliseconds(12); // for a picture, before the window is looked at again
+constexpr int kAttempts = 3; // tries to draw a picture that fails, before the next pose is tried
+// longest wait for a picture, before the window's input is read again
+constexpr auto kPictureWait = std::chrono::milliseconds(12);
 constexpr double kMessageSeconds = 4;
-constexpr double kCameraSeconds = 1;  // length of a flight from one camera to the next
-constexpr double kSettingStep = 0.25; // levels
-constexpr double kSplitStep = 0.02;   // share of the width
+constexpr double kCameraSeconds = 1;  // time of a flight from one camera to the next
+constexpr double kSettingStep = 0.25; // step of a level setting by key, in levels
+constexpr double kSplitStep = 0.02;   // step of the dividing line by key, share of the width
 
 std::vector<Camera> camerasOf(const std::vector<Shot>& shots)
 {
@@ -57,7 +59,7 @@ Value nextOf(const Names& names, Value value)
     return value;
 }
 
-// The cameras as they are stored, in a picture of the window's size.
+// Returns the cameras of the options as shots in a picture of the window's size, for one or two eyes.
 std::vector<Shot> shotsOf(const Scene& scene, const PlayOptions& play, int eyes, const Length& ipd, Reporter& log)
 {
     const ViewChoice view{play.view.width > 0 ? play.view.width : kWindowWidth,
@@ -78,14 +80,15 @@ WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const
     ViewLimits limits;
     limits.has_levels = m_scene->view().params->level_count > 1;
     try {
-        Reporter silent({ReportFormat::Text, ProgressMode::None, true}); // drops messages: this is only a try
+        // drops messages: this only tries whether two eyes are possible
+        Reporter silent({ReportFormat::Text, ProgressMode::None, true});
         m_ipd = shotsOf(*m_scene, options.play, 2, options.play.view.ipd, options.play.view.eyes == 2 ? log : silent)
                     .front()
                     .ipd;
     } catch (const Error& e) {
         if (options.play.view.eyes == 2)
             throw;
-        limits.no_stereo = e.what();
+        limits.no_stereo = warningText(e);
     }
     if (m_ipd == 0 && limits.no_stereo.empty()) {
         limits.no_stereo = "the cameras say where each eye of theirs is, not how far eyes are apart";
@@ -109,7 +112,7 @@ WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const
     jump(0, false);
     say("F1: keys");
     m_log = std::make_unique<JsonLines>(options.log,
-                                        // opened last: an earlier error leaves an old file alone
+                                        // opened last, so that an earlier error does not replace an old file
                                         options.play.output.overwrite);
 }
 
@@ -129,8 +132,9 @@ bool WindowSession::step()
                                                     : kTurnSeconds);
     m_worked_last_turn = false;
     if (rested)
-        m_last_step = now(); // a key that went down just now was not held before
-    const double at = now(), seconds = std::min(at - m_last_step, 0.25); // a window that hung does not leap
+        m_last_step = now(); // nothing moved while the loop rested, so a key pressed just now counts from now
+    // at most 0.25 s, so that the camera does not leap after the window hung
+    const double at = now(), seconds = std::min(at - m_last_step, 0.25);
     m_last_step = at;
     for (const Action action : m_controls.take(m_input))
         act(action);
@@ -211,7 +215,8 @@ void WindowSession::act(Action action)
             settings.choice.reuse.policy = nextOf(reusePolicies(), settings.choice.reuse.policy);
         } while (settings.choice.reuse.policy == ReusePolicy::Error &&
                  (drawsOnGpu(m_options.play.devices) ||
-                  (settings.two_eyes && settings.choice.stereo == StereoMode::Merged))); // renderers refuse this pair
+                  // no renderer takes reuse policy `error` together with merged eyes
+                  (settings.two_eyes && settings.choice.stereo == StereoMode::Merged)));
         break;
     case Action::NextDetail: {
         const auto next = std::ranges::find_if(
@@ -268,7 +273,7 @@ void WindowSession::takePanel()
     changeSettings(settings);
 }
 
-// A comparison that is shown otherwise needs no new picture; everything else does.
+// Takes changed settings. A change of how a comparison is shown needs no new picture; every other change does.
 void WindowSession::changeSettings(const ViewSettings& settings)
 {
     if (const std::string why = whyNot(settings.choice); !why.empty())
@@ -291,7 +296,7 @@ void WindowSession::changeSettings(const ViewSettings& settings)
     }
 }
 
-// Orbit turns about the point in the middle of the view: its depth is asked for once.
+// Switches the mode. Orbit turns about the point in the middle of the view, so its depth is asked for once.
 void WindowSession::setMode(NavigationMode mode)
 {
     m_seeks = mode == NavigationMode::Orbit;
@@ -336,18 +341,19 @@ void WindowSession::ask()
     if (m_recorder.records())
         (void)m_recorder.add(now(), wanted.camera, m_settings.two_eyes ? m_ipd : 0);
     if (m_seeking && m_source.waiting())
-        return; // a newer pose would take its place
+        return; // wait for the depth picture: a newer pose would replace it
     m_seeking = false;
     if (wanted == m_view && !m_changed && !m_again && !m_seeks)
         return;
     m_worked_last_turn = true;
-    if (m_seeks && (!m_changed || m_loading) && !m_source.waiting()) { // once the settings have been taken
+    // only when the view has been drawn with the current settings
+    if (m_seeks && (!m_changed || m_loading) && !m_source.waiting()) {
         m_seeks = false;
         m_seeking = true;
         AskedPose seeks = pose(wanted);
         seeks.wants_depth = true;
         (void)m_source.submit(seeks, frameOptionsNow());
-        m_changed = true; // the shown view must be asked for again
+        m_changed = true; // the depth picture is not shown, so submit the view again
         return;
     }
     if (wanted == m_view && !m_changed && !m_again)
@@ -364,7 +370,7 @@ void WindowSession::ask()
     } catch (const Error& e) {
         if (e.code() != ErrorCode::Usage && e.code() != ErrorCode::Unsupported)
             throw;
-        say(e.what()); // a switch failed: back to the last settings that worked
+        say(warningText(e)); // the new settings were refused: return to the last ones that worked
         const ViewSettings refused = m_settings;
         m_settings = m_worked;
         m_settings.compare = refused.compare;
@@ -380,7 +386,7 @@ void WindowSession::takePicture()
     if (!drawn) {
         const uint64_t failed = m_source.stats().counts.of(PoseEnd::Failed);
         if (failed > m_failed && !m_source.waiting()) {
-            m_changed = ++m_attempts < kAttempts; // tries the same pose again
+            m_changed = ++m_attempts < kAttempts; // submits the same pose again, up to kAttempts times
             say(m_changed ? "a picture could not be drawn; it is tried again"
                           : "a picture could not be drawn; the next pose is tried");
         }
@@ -402,7 +408,7 @@ void WindowSession::takePicture()
     if (m_last.anchors_absent > 0) {
         say(formatString("loading: %s of %s anchors are still to come", formatCount(m_last.anchors_absent).c_str(),
                          formatCount(m_scene->anchorCount()).c_str()));
-        m_changed = true; // the view shows more than before
+        m_changed = true; // more anchors have arrived meanwhile, so draw the view again
     } else if (std::exchange(m_loading, false))
         say("loaded");
     m_loading = m_last.anchors_absent > 0;
@@ -411,7 +417,7 @@ void WindowSession::takePicture()
         m_again = m_rest.goOn(m_last.coarse, m_guard && m_guard->gaveUp());
     m_panel->addFrame({&m_last, drawn->asked.eyes, drawn->latencyMs()});
     m_shown.push_back(std::move(*drawn));
-    while (m_shown.size() > 3) // the newest, and two that the display may be reading
+    while (m_shown.size() > 3) // keep the newest, and two that the display may be reading
         m_shown.pop_front();
     m_dirty = true;
 }

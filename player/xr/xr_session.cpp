@@ -2,6 +2,7 @@
 #include "player/xr/xr_session.h"
 
 #include <gsc/error.h>
+#include "runtime/cli/setting_words.h"
 #include <gsc/interrupt.h>
 #include "kernels/threads/stopwatch.h"
 #include "runtime/cameras/length.h"
@@ -18,13 +19,14 @@ namespace gsc {
 namespace {
 
 constexpr auto kIdle = std::chrono::milliseconds(10);
-constexpr double kLagShare = 0.1; // weight of the newest picture in m_lag
-constexpr double kMostLag = 3;    // refreshes; a pose further ahead is a guess
+constexpr double kLagShare = 0.1; // weight of the newest picture in the running mean m_lag
+constexpr double kMostLag = 3;    // largest m_lag in refreshes; a pose predicted further ahead is a guess
 
 std::vector<Shot> shotsOf(const Scene& scene, const PlayOptions& play, Reporter& log)
 {
     checkLevelOptions(scene, play.model.file, play.frame);
-    constexpr uint32_t kSide = 16; // places alone matter: lens and size are the headset's
+    // size of the cameras in pixels; only their places matter, since lens and size are the headset's
+    constexpr uint32_t kSide = 16;
     return chooseShots(scene, play.model.file, play.cameras, {kSide, kSide, play.view.fov_x, 1, {}}, log);
 }
 
@@ -50,14 +52,14 @@ std::array<double, 3> upOf(const std::vector<Shot>& shots)
 SpacePose headOf(const std::vector<SpaceEye>& eyes)
 {
     SpacePose head = eyes.front().pose;
-    if (eyes.size() > 1) { // displays may look past each other
+    if (eyes.size() > 1) { // the eyes of a headset may look in slightly different directions
         head.position = (head.position + eyes[1].pose.position) / 2.0;
         head.rotation = glm::slerp(head.rotation, eyes[1].pose.rotation, 0.5);
     }
     return head;
 }
 
-// Moves the place up by `higher` metres.
+// Moves the placement up by `higher` metres.
 Placement raised(const Placement& place, double higher)
 {
     return {place.toWorld({0, higher, 0}), place.axes(), place.scale()};
@@ -68,7 +70,7 @@ int64_t refreshes(int64_t time, int64_t period)
     return period > 0 ? std::llround(double(time) / double(period)) : 0;
 }
 
-// From when the renderer took the first pair until the last was drawn.
+// Time from when the renderer began the first pair of views until the last was drawn.
 double beganToThere(const DrawnViews& drawn)
 {
     ServiceTime begun = drawn.pairs.front().delivery.begun, there = begun;
@@ -105,13 +107,13 @@ XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scen
         m_late = std::make_shared<LateEyes>(headset, options.waits);
     m_headset.prepare();
     m_log = std::make_unique<XrLog>(options.log,
-                                    // opened last: an earlier error leaves an old file alone
+                                    // opened last, so that an earlier error does not replace an old file
                                     options.play.output.overwrite);
 }
 
 XrSession::~XrSession()
 {
-    if (m_late) // a renderer that hangs may come back behind the session's end
+    if (m_late) // m_late must fail from now on: a renderer that hangs may call it after the session has ended
         m_late->stop();
 }
 
@@ -141,7 +143,7 @@ bool XrSession::step()
     case HeadsetState::Lost:
         throw Error(ErrorCode::Device, "headset", "the OpenXR runtime or the headset has gone", "that they stay",
                     "start the runtime and the player again");
-    case HeadsetState::Idle: // a picture may still come, but is not shown
+    case HeadsetState::Idle: // a picture may still be finished, but is not shown
         forgetPictures();
         m_last_time = 0;
         std::this_thread::sleep_for(kIdle);
@@ -153,7 +155,7 @@ bool XrSession::step()
     return true;
 }
 
-// Whatever the renderer does, the frame is ended: it waits for pictures only where the options say so.
+// Takes one frame of the headset and always ends it. Waits for pictures only if the options ask for that.
 void XrSession::frame()
 {
     const HeadsetFrame frame = m_headset.beginFrame();
@@ -192,7 +194,7 @@ void XrSession::frame()
     try {
         m_log->add(line);
     } catch (const Error& e) { // a full disk does not end the session; the log keeps the lines so far
-        m_report.warning(e.what());
+        m_report.warning(warningText(e));
         m_log->close();
     }
     m_last_time = frame.display_time;
@@ -211,8 +213,8 @@ void XrSession::move(const HeadsetFrame& frame, const HeadsetInput& input)
     m_moved = m_hands.step(m_place, input, headOf(m_eyes), seconds) || m_moved;
 }
 
-// Eyes are located for when their picture will be seen, as far as that is known: the pose of a picture that comes two
-// refreshes later is the one predicted for then.
+// Locates the eyes and submits them. They are predicted for the time at which their picture will be displayed: m_lag
+// refreshes later than this frame.
 void XrSession::ask(const HeadsetFrame& frame, XrFrame& line)
 {
     const auto ahead = m_options.waits ? 0 : int64_t(std::lround(m_lag)) * frame.period;
@@ -223,7 +225,7 @@ void XrSession::ask(const HeadsetFrame& frame, XrFrame& line)
     const HeadsetInput input = m_headset.input(frame.display_time);
     move(frame, input);
     if (!line.tracked)
-        return; // the picture drawn last stays where it was
+        return; // the headset is not tracked: the picture drawn last is shown again, where it was
     if (!m_source.renewing())
         m_lenses.follow(m_eyes);
     if (m_guard)
@@ -243,7 +245,7 @@ void XrSession::take(XrFrame& line)
     std::optional<DrawnViews> drawn = m_source.next(std::chrono::nanoseconds(0));
     while (m_options.waits && !drawn && m_source.waiting()) {
         if (interrupted())
-            return; // the frame is ended, and the session then
+            return; // interrupted: the caller ends the frame, and then the session
         drawn = m_source.next(std::chrono::milliseconds(100));
     }
     if (!drawn || drawn->asked.frame < m_valid_from)
@@ -252,10 +254,10 @@ void XrSession::take(XrFrame& line)
         drawn->asked.eyes = look->eyes;
         drawn->asked.time = look->time;
     }
-    m_headset.finish(); // ends the picture before, whose memory is used again
+    m_headset.finish(); // waits until the last pictures are read, because their memory is used again
     const std::vector<ShownPicture> pictures = m_source.shown(*drawn);
     if (pictures.size() != drawn->asked.eyes.size())
-        return; // the headset's GPU is lost
+        return; // a picture is missing because the headset's GPU is lost
     m_headset.take({pictures, drawn->asked.eyes, drawn->asked.metre});
     line.fresh = true;
     m_stale = false;
@@ -295,7 +297,7 @@ XrSummary XrSession::finish()
     return summary;
 }
 
-// stored as the place of the eyes: the next session may stand on another floor
+// stores the place of the eyes, not of the floor: the next session may have another floor
 std::string XrSession::keepPlace() const
 {
     return writePlace(m_options.play.model.file, raised(m_place, eyeHeight()));

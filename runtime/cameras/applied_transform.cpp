@@ -16,7 +16,7 @@ namespace {
 constexpr const char* kTransformKey = "applied_transform";
 constexpr const char* kScaleKey = "applied_scale";
 
-// Three rows of four, or four of them with 0 0 0 1 at the end.
+// Reads a matrix of three rows of four numbers, or of four rows of which the last is 0 0 0 1.
 glm::dmat4 readTransform(const JsonObject& root)
 {
     double rows[16] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
@@ -57,7 +57,8 @@ AppliedTransform::AppliedTransform(const JsonObject& root, const CameraReading& 
     if (!(det > 1e-30 && det < 1e30) || !(orthogonalityError(a, grows * grows) < kRotationTolerance * grows * grows))
         throw Error(ErrorCode::Unsupported, root.where(),
                     formatString("key \"%s\" is no rotation with a uniform scale (determinant %g)", kTransformKey, det),
-                    "one to undo", "pass --cameras-transform keep, or export the cameras without it");
+                    "one to undo", "keep the poses as they stand, or export the cameras without it")
+            .with({Setting::CameraTransform});
     if (!(m_scale > 1e-12 && m_scale < 1e12))
         root.fail(kScaleKey, formatString("%g", m_scale), "a number between 1e-12 and 1e12");
     m_inverse = inverse(a);

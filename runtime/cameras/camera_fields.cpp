@@ -14,16 +14,17 @@ namespace gsc {
 
 namespace {
 
-constexpr double kWide = 170 * std::numbers::pi / 180; // radians
-constexpr size_t kMostNamed = 12;                      // keys
-constexpr double kMaxCentre = 1e6; // pixels; a crop may leave the axis outside the image, but not so far
+constexpr double kWide = 170 * std::numbers::pi / 180; // an angle of view that is warned of, radians
+constexpr size_t kMostNamed = 12;                      // most keys that a warning names
+// limit of the axis's place, pixels; after a crop it may lie outside the image, but not so far
+constexpr double kMaxCentre = 1e6;
 constexpr const char* kFisheye = "is_fisheye";
-// Camera models whose pictures are no pinhole's, whatever else is ignored.
+// Camera models that no pinhole camera can stand for: their files are always refused.
 constexpr const char* kOtherProjections[] = {"latlong", "equirectangular", "orthographic"};
 constexpr const char* kOtherModels[] = {
     "EQUIRECTANGULAR",         "LATLONG", "ORTHOGRAPHIC", "ORTHOPHOTO", "OMNIDIRECTIONALSTEREO_L",
     "OMNIDIRECTIONALSTEREO_R", "VR180_L", "VR180_R"};
-// pinholes where every coefficient is 0
+// Camera models that are pinholes if every coefficient is 0.
 constexpr const char* kPinholes[] = {"PINHOLE", "SIMPLE_PINHOLE", "PERSPECTIVE", "SIMPLE_RADIAL",
                                      "RADIAL",  "OPENCV",         "FULL_OPENCV"};
 
@@ -125,7 +126,8 @@ void DistortionCheck::found(const JsonObject& holder, const char* key, bool has_
     if (!m_how.ignore_distortion)
         throw Error(ErrorCode::Unsupported, holder.where(), formatString("key \"%s\" is %s", key, value.c_str()),
                     "a pinhole without distortion",
-                    "undistort the images and export the cameras again, or pass --ignore-distortion");
+                    "undistort the images and export the cameras again, or take the lens as a pinhole")
+            .with({Setting::LensDistortion});
     if (m_distorted == 0)
         m_first += formatString("%s\"%s\" is %s", m_first.empty() ? "" : ", ", key, value.c_str());
 }
@@ -205,7 +207,8 @@ double readDegrees(const JsonObject& object, const char* key)
 void readRotation(const JsonObject& object, double out[9], const char* what)
 {
     object.matrix("rotation", 3, 3, out);
-    const glm::dmat3 rotation = transpose(glm::make_mat3(out)); // from rows
+    // the file's numbers are row by row, glm's matrices column by column
+    const glm::dmat3 rotation = transpose(glm::make_mat3(out));
     const double error = orthogonalityError(rotation, 1), det = determinant(rotation);
     if (!(error < kRotationTolerance) || det < 0)
         object.fail("rotation", formatString("no rotation (determinant %g, columns off orthonormal by %g)", det, error),

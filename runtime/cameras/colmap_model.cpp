@@ -14,9 +14,10 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kMaxSide = 32768; // pixels
-constexpr double kUnitError = 0.01;  // largest error of the length of a quaternion that was printed with few digits
-constexpr double kMaxMiddle = 1e6;   // pixels; a crop may leave the axis outside the image, but not so far
+constexpr uint32_t kMaxSide = 32768; // largest width and height of an image, pixels
+constexpr double kUnitError = 0.01; // largest error of the length of a quaternion, which may be printed with few digits
+// limit of the axis's place, pixels; after a crop it may lie outside the image, but not so far
+constexpr double kMaxMiddle = 1e6;
 
 constexpr LensModel kModels[] = {{"SIMPLE_PINHOLE", 3, false, LensKind::Pinhole, 0},
                                  {"PINHOLE", 4, true, LensKind::Pinhole, 0},
@@ -47,7 +48,7 @@ Camera cameraOfPose(const ColmapLens& lens, const ColmapPose& pose, double lengt
     Camera camera;
     camera.name = imageName(pose.name);
     const auto& q = pose.rotation;
-    // its columns, world to camera, are the rows of camera to world
+    // the columns of the world-to-camera rotation are the rows of the camera-to-world rotation
     const glm::dmat3 to_camera = glm::mat3_cast(glm::dquat(q[0], q[1], q[2], q[3]) / length);
     std::copy_n(glm::value_ptr(to_camera), 9, camera.rotation);
     std::copy_n(pose.translation, 3, camera.translation);
@@ -134,7 +135,7 @@ void ColmapModel::addPose(const ColmapPose& pose)
         m_notes.add("length", m_name + ": image " + pose.name.substr(0, 60),
                     formatString("its quaternion has the length %g and not 1; it is normalised", length));
     for (const double t : pose.translation)
-        if (!(std::abs(t) <= 1e15)) // NaN too
+        if (!(std::abs(t) <= 1e15)) // also fails for NaN
             fail(formatString("image %.60s is nowhere", pose.name.c_str()), "a finite place");
     if (lens->second.distorts())
         distorted(lens->second, pose.name);
@@ -174,7 +175,8 @@ void ColmapModel::distorted(const ColmapLens& lens, const std::string& image)
                     "cut it into pinhole pictures, or undistort the images and export the model again");
     if (!m_how.ignore_distortion)
         throw Error(ErrorCode::Unsupported, m_name, "image " + what + " states lens distortion", "a pinhole",
-                    "undistort the images (colmap image_undistorter), or pass --ignore-distortion");
+                    "undistort the images (colmap image_undistorter), or take the lens as a pinhole")
+            .with({Setting::LensDistortion});
     if (m_distorted++ == 0)
         m_first = what;
 }

@@ -22,14 +22,15 @@ namespace {
 constexpr auto kUpstreamKeys =
     joinKeys(kProjectionKeys, kCoefficients,
              {"id", "img_name", "width", "height", "position", "rotation", "fx", "fy", "cx", "cy"});
-constexpr uint64_t kMaxSettings = 1u << 20; // bytes
-constexpr double kTrainerMaxWidth = 1600;   // width above which -r -1 scales down
-constexpr double kMaxSettingSide = 32768;   // pixels
-constexpr size_t kMostDigits = 2;           // most digits of N in images_N; longer ones are years and numbers of sets
+constexpr uint64_t kMaxSettings = 1u << 20; // largest size of a settings file, bytes
+constexpr double kTrainerMaxWidth = 1600;   // width in pixels above which the trainers' option -r -1 scales down
+constexpr double kMaxSettingSide = 32768;   // limit for a photograph's size after scaling, pixels
+// most digits of N in a folder's name images_N; longer ones are years or numbers of data sets
+constexpr size_t kMostDigits = 2;
 constexpr std::string_view kDivisorKey = "resolution";
 constexpr std::string_view kImages = "images_";
 
-// `word` in `text` from `at` on where no letter, digit or underscore stands beside it; npos where it is not.
+// Finds `word` in `text` from `at` on where no letter, digit or underscore stands beside it; npos if there is none.
 size_t findWord(std::string_view text, std::string_view word, size_t at)
 {
     const auto joins = [&](size_t i) {
@@ -41,7 +42,7 @@ size_t findWord(std::string_view text, std::string_view word, size_t at)
     return at;
 }
 
-// True if only -1, the default, stands behind the key that ends at `at`.
+// Returns true if the key that ends at `at` has the value -1, the default.
 bool isMinusOne(std::string_view text, size_t at)
 {
     at = text.find_first_not_of(" \t\"'", at);
@@ -62,7 +63,8 @@ bool mayStateSize(std::string_view text)
     return false;
 }
 
-// Returns a text that may state anything where the file cannot be read: nothing else is wanted of it.
+// Reads a settings file. If it cannot be read, the returned text counts as one that may state anything: the file is
+// needed for a warning only.
 std::string settingsText(const std::string& path)
 {
     try {
@@ -82,7 +84,7 @@ std::vector<SourceCamera> upstreamCameras(const ParsedJson& root, const std::str
     if (!root.is_array())
         throw Error(ErrorCode::InvalidFile, file, "the root is no array", "the list of cameras that training writes",
                     "pass such a file");
-    // several cameras of one name are all kept, but who asks for one by name gets one of them
+    // cameras of equal name are all kept, with a warning: choosing by name gives one of them
     std::map<std::string, size_t> seen;
     std::string repeated;
     size_t repeats = 0;
@@ -146,9 +148,9 @@ std::vector<Camera> trainerCameras(const nlohmann::json& root, const std::string
 
 TrainedSize trainerSize(uint32_t width, uint32_t height, double r)
 {
-    if (r == 1 || r == 2 || r == 4 || r == 8) // nearbyint: half to even, as Python rounds
+    if (r == 1 || r == 2 || r == 4 || r == 8) // nearbyint rounds half to even, as Python does
         return {sideOf(std::nearbyint(width / r)), sideOf(std::nearbyint(height / r))};
-    // both truncations as the trainers', in double: the width may come out as 1599
+    // both truncations are done in double as by the trainers, so the width may be 1599
     const double down = r == kDefaultResolution ? std::max(1.0, width / kTrainerMaxWidth) : width / r;
     return {sideOf(width / down), sideOf(height / down)};
 }
@@ -174,8 +176,7 @@ void warnOfSettingsBeside(const std::string& cameras, const CameraReading& how)
         if (mayStateSize(text))
             how.warn(formatString(
                 "%s: its resolution is not applied to the cameras of %s, whose pictures are at most %g pixels wide; "
-                "take those that gsc convert stored in the model, which have the trainer's size (--cameras stored), "
-                "or pass --size",
+                "the cameras that were stored in the model when it was converted have the trainer's size",
                 path.c_str(), cameras.c_str(), kTrainerMaxWidth));
         if (const size_t at = text.find(kImages); at != std::string::npos)
             warnOfSmallImages(text.substr(at, text.find_first_not_of("0123456789", at + kImages.size()) - at),
@@ -195,7 +196,7 @@ void warnOfSmallImages(const std::string& images, const std::string& file, const
     const std::string times = name.substr(bar + 1);
     if (times.size() <= kMostDigits && std::atoi(times.c_str()) > 1)
         how.warn(formatString("%s: images is '%.60s', which may be photographs 1/%s as large as those of the cameras; "
-                              "the cameras' own size is taken, pass --size for another",
+                              "the cameras' own size is taken",
                               file.c_str(), name.c_str(), times.c_str()));
 }
 

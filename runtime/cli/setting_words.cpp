@@ -28,6 +28,10 @@ const char* wordsOf(Setting setting)
         return "--inject";
     case Setting::DeviceList:
         return "gsc-play backends";
+    case Setting::LensDistortion:
+        return "--ignore-distortion";
+    case Setting::CameraTransform:
+        return "--cameras-transform";
     case Setting::Overwrite:
         return "-w";
     case Setting::ReportFormat:
@@ -60,6 +64,11 @@ Error withOptions(const Error& error, const CLI::App* command)
     return text.empty() ? error
                         : Error(error.code(), error.subject(), error.found(), error.expected(),
                                 error.remedy() + " (" + text + ")");
+}
+
+std::string warningText(const Error& error)
+{
+    return withOptions(error, nullptr).what();
 }
 
 } // namespace gsc

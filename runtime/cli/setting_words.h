@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Words of the programs for settings that the libraries' errors speak of.
+// Translates the settings that errors of the libraries name into options of the programs.
 #pragma once
 
 #include <gsc/error.h>
+
+#include <string>
 
 namespace CLI {
 class App;
@@ -10,8 +12,11 @@ class App;
 
 namespace gsc {
 
-// The error with the options and commands of its settings behind its remedy: those options that `command` has, or all
-// where it is null.
+// Returns the error with options and commands for its settings added to the remedy: those options that `command` has,
+// or all if it is null.
 Error withOptions(const Error& error, const CLI::App* command);
+
+// Text of an error that is only a warning, with the words of all its settings.
+std::string warningText(const Error& error);
 
 } // namespace gsc

@@ -21,11 +21,16 @@ namespace gsc {
 
 namespace {
 
+std::string placeOf(const std::string& path, size_t line)
+{
+    return formatString("%s:%zu", path.c_str(), line);
+}
+
 [[noreturn]] void failLine(const std::string& path, size_t line, const RowKind& kind, std::string_view text,
                            const std::string& fault = {})
 {
     if (&kind == &kRunRow)
-        refuseOtherVersion(text, formatString("%s:%zu", path.c_str(), line));
+        refuseOtherVersion(text, placeOf(path, line));
     throw Error(ErrorCode::InvalidFile, path,
                 formatString("line %zu is no row of %s%s", line, kind.command,
                              fault.empty() ? "" : (" (" + fault + ")").c_str()),
@@ -65,14 +70,13 @@ std::string readAll(const std::string& path, const RowKind& kind)
 
 const RowKind kRunRow{R"({"schema":"gsc.run/2",)", "a measurement", "\"gsc.run/2\" (schemas/run.schema.json)"};
 
-RowFile::RowFile(std::string path, const RowKind& kind, const std::function<bool(const OrderedJson&)>& take)
-    : m_path(std::move(path)), m_kind(&kind)
+RowFile::RowFile(std::string path, const RowKind& kind, const Take& take) : m_path(std::move(path)), m_kind(&kind)
 {
     if (!m_path.empty() && !isStandardOutput(m_path))
         read(readAll(m_path, kind), take);
 }
 
-void RowFile::read(const std::string& text, const std::function<bool(const OrderedJson&)>& take)
+void RowFile::read(const std::string& text, const Take& take)
 {
     m_bytes = text.size();
     size_t line = 1;
@@ -83,8 +87,9 @@ void RowFile::read(const std::string& text, const std::function<bool(const Order
         const ParsedRow row = parseRow(content);
         if (row.state == ParsedRow::State::BeyondLimits)
             failLine(m_path, line, *m_kind, content, row.fault);
-        if (!row.json.is_object() || !take(row.json))
+        if (!row.json.is_object())
             failLine(m_path, line, *m_kind, content);
+        take(row.json, placeOf(m_path, line));
     }
     const std::string_view rest = std::string_view(text).substr(m_whole);
     if (rest.empty())
@@ -94,8 +99,10 @@ void RowFile::read(const std::string& text, const std::function<bool(const Order
         failLine(m_path, line, *m_kind, rest, row.fault);
     const bool needs_end = row.state == ParsedRow::State::Whole; // an editor may leave out the last line end
     // thrown away only if it is certainly the start of a row
-    if (needs_end ? !rest.starts_with(m_kind->start) || !take(row.json) : !isCutLine(rest, m_kind->start))
+    if (needs_end ? !rest.starts_with(m_kind->start) || !row.json.is_object() : !isCutLine(rest, m_kind->start))
         failLine(m_path, line, *m_kind, rest);
+    if (needs_end)
+        take(row.json, placeOf(m_path, line));
     if (needs_end)
         m_whole = m_bytes + 1; // the next row writes the missing line end
     else

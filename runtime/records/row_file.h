@@ -27,10 +27,12 @@ extern const RowKind kRunRow;
 // A file of rows of one kind that a program reads, then adds to.
 class RowFile {
 public:
-    // Hands every row to `take`, which returns false for one that it cannot use. A file that is missing, empty or "-" has
-    // no rows. A half-written last line is left behind by a run that was killed: the next row takes its place. The file is
-    // not changed here. Throws Error: InvalidFile for a line that is no row; Unsupported for a row of another version; Io.
-    RowFile(std::string path, const RowKind& kind, const std::function<bool(const nlohmann::ordered_json&)>& take);
+    // Hands every row to `take` with its place for messages, such as "runs.jsonl:12"; `take` throws for a row that it cannot
+    // use. A file that is missing, empty or "-" has no rows. A half-written last line is left behind by a run that was
+    // killed: the next row takes its place. The file is not changed here. Throws Error: InvalidFile for a line that is no
+    // row; Unsupported for a row of another version; Io; as `take`.
+    using Take = std::function<void(const nlohmann::ordered_json& row, const std::string& where)>;
+    RowFile(std::string path, const RowKind& kind, const Take& take);
 
     [[nodiscard]] const std::string& path() const { return m_path; }
     [[nodiscard]] const RowKind& kind() const { return *m_kind; }
@@ -41,7 +43,7 @@ public:
     void add(std::string_view line);
 
 private:
-    void read(const std::string& text, const std::function<bool(const nlohmann::ordered_json&)>& take);
+    void read(const std::string& text, const Take& take);
 
     std::string m_path, m_cut_off;
     const RowKind* m_kind;

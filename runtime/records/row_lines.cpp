@@ -15,8 +15,8 @@ constexpr struct {
 } kMakers[] = {
     {"gsc.run/", "gsc-play bench MODEL.gsc --sweep SWEEP.json --out RUNS.jsonl"},
     {"gsc.bench/", "gsc-play bench MODEL.gsc --out RUNS.jsonl"},
-    {"gsc.stability/", "gsc-play stability MODEL.gsc --trajectories PATHS --format json"},
-    {"gsc.curve/", "gsc bake MODEL.gsc --curve CURVE.jsonl"},
+    {"gsc.stability/", "gsc-play stability MODEL.gsc --trajectories PATHS --format json > RUNS.jsonl"},
+    {"gsc.curve/", "gsc bake MODEL.gsc --curve 60,50,40 -o CURVE.jsonl"},
 };
 
 } // namespace
@@ -69,7 +69,8 @@ bool isRunSchema(const std::string& schema, const std::string& where)
         const bool is_old = schema == std::string(kind) + "1";
         throw Error(ErrorCode::Unsupported, where, "schema is " + schema + (is_old ? ", of an earlier version" : ""),
                     kRunSchema,
-                    is_old ? "make new rows with " + std::string(command) : "use the gsc of the program that wrote it");
+                    is_old ? "make new rows with " + std::string(command)
+                           : "use the version of the program that wrote it");
     }
     return false;
 }

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/records/run_parts.h"
 
+#include "runtime/records/accuracy.h"
+
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace gsc {
@@ -67,8 +70,13 @@ void describe(const Record& at, RooflineFacts& roofline)
     at.objects("stages", roofline.stages);
 }
 
+// A value that is no number is as bad as can be: JSON's null is that of equal pictures.
 void describe(const Record& at, Verdict& verdict)
 {
+    if (verdict.bound == "psnr")
+        verdict.value = boundedPsnr(verdict.value);
+    else
+        verdict.value = std::abs(verdict.value) < kWorstError ? verdict.value : kWorstError;
     at.field("limit", verdict.limit, kNumber);
     at.fieldOrNull("value", verdict.value, kNumber, std::numeric_limits<double>::infinity());
     at.field("frame", verdict.frame, kCount);

@@ -15,6 +15,7 @@ struct Backend {
     const char* judge;                 // one that it is held to
     std::vector<Tier> tiers;           // tiers that it draws differently
     std::vector<ReusePolicy> policies; // policies that it has, without None
+    double exact_db;                   // least PSNR of a frame against the judge, in the most precise tier
     double kept_db;                    // PSNR of what is drawn from half precision entries of this very frame
     double other_depths;               // share of pixels whose depth tier fast may take from another Gaussian
     uint64_t table_bytes;              // bytes of a cache beyond its limit: table of entries, histograms
@@ -59,7 +60,8 @@ inline std::vector<FrameOptions> waysToDraw(float bound = 0, uint32_t depth = 3)
 }
 
 // Everything a frame must hold: near the scalar reference, with its counts. One check per property, so that a failure says
-// which. Defined beside the cases of frames that are of one backend alone. `exact_db`: the least that tier exact must reach.
-void checkFrame(const ModelView& model, const std::vector<EyeParams>& eyes, FrameOptions options, double exact_db = 90);
+// which. Defined beside the cases of frames that are of one backend alone. `exact_db`: least PSNR that the most
+// precise tier must reach, 0 = kBackend.exact_db.
+void checkFrame(const ModelView& model, const std::vector<EyeParams>& eyes, FrameOptions options, double exact_db = 0);
 
 } // namespace gsc::test

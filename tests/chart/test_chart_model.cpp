@@ -261,3 +261,18 @@ TEST_CASE("runs that were not scored have times and speed-ups, and no place on t
         CHECK(floor["row"].is_null());
     CHECK(verdict["sentences"][0]["text"].get<std::string>().starts_with("No run was scored against exact"));
 }
+
+TEST_CASE("a run with a time target or other frames in flight is no baseline")
+{
+    json target = runOf("none", 9, nullptr), plain = runOf("none", 6, nullptr), detail = runOf("none", 2, 40),
+         two = runOf("none", 3, nullptr);
+    target["config"]["target_ms"] = 5;
+    detail["config"]["detail"] = 2;
+    two["config"]["frames_in_flight"] = 2;
+    const auto model = chartModel({parsed(target), parsed(plain), parsed(detail), parsed(two)});
+    const auto& rows = model["panels"][0]["rows"];
+    CHECK(rows[0]["baseline"] == false);
+    CHECK(rows[1]["baseline"] == true);
+    CHECK(rows[2]["speedup"] == 3);
+    CHECK(rows[3]["speedup"] == 1); // its own baseline
+}

@@ -69,7 +69,7 @@ TEST_CASE("a broken line is refused by file, number and place")
     CHECK(refusal("{}").starts_with("runs.jsonl:1: has no schema"));
     CHECK(refusal("{\"schema\":\"other/1\"}").find("\"other/1\", expected gsc.run/2") != std::string::npos);
     CHECK(refusal("{\"schema\":\"gsc.run/3\"}", ErrorCode::Unsupported) ==
-          "runs.jsonl:1: schema is gsc.run/3, expected gsc.run/2; use the gsc of the program that wrote it");
+          "runs.jsonl:1: schema is gsc.run/3, expected gsc.run/2; use the version of the program that wrote it");
 }
 
 TEST_CASE("every field the charts need is required and checked")
@@ -139,12 +139,14 @@ TEST_CASE("every field the charts need is required and checked")
 TEST_CASE("rows of an earlier version are refused with the command that makes new ones")
 {
     for (const auto& [kind, command] :
-         {std::pair("run", "gsc-play bench MODEL.gsc --sweep "), std::pair("bench", "gsc-play bench MODEL.gsc --out "),
-          std::pair("stability", "gsc-play stability MODEL.gsc "), std::pair("curve", "gsc bake MODEL.gsc --curve ")}) {
+         {std::pair("run", "gsc-play bench MODEL.gsc --sweep SWEEP.json --out RUNS.jsonl"),
+          std::pair("bench", "gsc-play bench MODEL.gsc --out RUNS.jsonl"),
+          std::pair("stability", "gsc-play stability MODEL.gsc --trajectories PATHS --format json > RUNS.jsonl"),
+          std::pair("curve", "gsc bake MODEL.gsc --curve 60,50,40 -o CURVE.jsonl")}) {
         const std::string schema = std::string("gsc.") + kind + "/1";
-        CHECK(refusal("{\"schema\":\"" + schema + "\"}", ErrorCode::Unsupported)
-                  .starts_with("runs.jsonl:1: schema is " + schema +
-                               ", of an earlier version, expected gsc.run/2; make new rows with " + command));
+        CHECK(refusal("{\"schema\":\"" + schema + "\"}", ErrorCode::Unsupported) ==
+              "runs.jsonl:1: schema is " + schema + ", of an earlier version, expected gsc.run/2; make new rows with " +
+                  command);
     }
 }
 

@@ -61,7 +61,8 @@ TEST_CASE("without a run of policy none the page says why there is no speed-up")
     CHECK(
         chartModel({none, walk, orbit, turn})["no_baseline"] ==
         "orbit, turn: no run has policy none and detail 0, so there is no speed-up to tell. Add {\"policy\": \"none\", "
-        "\"detail\": 0} to the runs of the sweep.");
+        "\"detail\": 0} to the runs of the sweep, or a row of gsc-play bench without --reuse, --detail and "
+        "--target-ms.");
     CHECK(chartModel({walk, orbit})["no_baseline"].get<std::string>().starts_with(
         "No run has policy none and detail 0, "));
 }

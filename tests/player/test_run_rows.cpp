@@ -122,7 +122,7 @@ std::string idOf(const RunContext& context, const Path& path, const RunConfig& r
 ErrorCode openError(const std::string& path)
 {
     try {
-        const RunRows rows(path);
+        const RunRows rows(path, false);
     } catch (const Error& e) {
         return e.code();
     }
@@ -197,6 +197,9 @@ TEST_CASE("an id is of everything that changes a result and of nothing else")
     other = context;
     other.devices.vram_budget = 1;
     CHECK(idOf(other, path, errorRun(1)) != id);
+    other = context;
+    other.devices.workers.devices = {{"cpu", 0}, {"cpu", 0}};
+    CHECK(idOf(other, path, errorRun(1)) != id);
     RunConfig nearer = errorRun(1);
     nearer.near_z = 0.5;
     CHECK(idOf(context, path, nearer) != id);
@@ -229,7 +232,7 @@ TEST_CASE("foveation makes another run, which is found again with what lies wher
     CHECK(line.find("\n    within 12 degrees of the gaze: PSNR 80.00 dB pooled") != std::string::npos);
 
     const TempFile file(lineOf(someRow(plain)) + "\n" + lineOf(row) + "\n");
-    const RunRows rows(file.path());
+    const RunRows rows(file.path(), false);
     REQUIRE(rows.find(row.config.id) != nullptr);
     CHECK(lineOf(*rows.find(row.config.id)) == lineOf(row));
     CHECK(toJson(*rows.find(id))["config"]["fovea_pixels"].is_null());
@@ -250,7 +253,7 @@ TEST_CASE("detail makes another run, which is found again")
     CHECK(runTableLine(row).find("none detail 1.5 ") != std::string::npos);
 
     const TempFile file(lineOf(row) + "\n");
-    const RunRows rows(file.path());
+    const RunRows rows(file.path(), false);
     REQUIRE(rows.find(row.config.id) != nullptr);
     CHECK(lineOf(*rows.find(row.config.id)) == lineOf(row));
 }
@@ -261,7 +264,7 @@ TEST_CASE("rows are found again, a half-written one is cut off when the next com
     const std::string whole = lineOf(first) + "\n";
     for (const size_t left : {size_t(2), size_t(10), size_t(300), lineOf(second).size() - 1}) {
         const TempFile file(whole + lineOf(second).substr(0, left));
-        RunRows rows(file.path());
+        RunRows rows(file.path(), false);
         CHECK(rows.cutOff().find("line 2 is half-written") != std::string::npos);
         REQUIRE(rows.find(first.config.id) != nullptr);
         CHECK(lineOf(*rows.find(first.config.id)) == lineOf(first));
@@ -278,7 +281,7 @@ TEST_CASE("a whole last row that lacks its end alone is kept")
     const RunRow first = someRow(errorRun(1)), second = someRow(errorRun(2)), third = someRow(errorRun(3));
     for (const std::string& before : {std::string(), lineOf(first) + "\n"}) {
         const TempFile file(before + lineOf(second));
-        RunRows rows(file.path());
+        RunRows rows(file.path(), false);
         CHECK(rows.cutOff().empty());
         CHECK(rows.find(second.config.id) != nullptr);
         rows.append(third);
@@ -291,8 +294,8 @@ TEST_CASE("a whole last row that lacks its end alone is kept")
 TEST_CASE("whole, empty and missing files say nothing")
 {
     const TempFile whole(lineOf(someRow(errorRun(1))) + "\n");
-    CHECK(RunRows(whole.path()).find("0") == nullptr);
-    CHECK(RunRows(whole.path()).cutOff().empty());
+    CHECK(RunRows(whole.path(), false).find("0") == nullptr);
+    CHECK(RunRows(whole.path(), false).cutOff().empty());
     CHECK(openError(whole.path() + "none") == ErrorCode::Ok);
     CHECK(openError("") == ErrorCode::Ok);
     const TempFile empty("");
@@ -302,11 +305,11 @@ TEST_CASE("whole, empty and missing files say nothing")
 TEST_CASE("two sweeps on one file do not lose each other's rows: the second to write is told")
 {
     const TempFile file(lineOf(someRow(errorRun(1))) + "\n");
-    RunRows first(file.path()), second(file.path());
+    RunRows first(file.path(), false), second(file.path(), false);
     first.append(someRow(errorRun(2)));
     first.append(someRow(errorRun(3))); // its own lines are no surprise
     CHECK_THROWS_AS(second.append(someRow(errorRun(4))), Error);
-    const RunRows whole(file.path());
+    const RunRows whole(file.path(), false);
     CHECK(whole.cutOff().empty());
     for (const float bound : {1.0f, 2.0f, 3.0f})
         CHECK(whole.find(idOf(someContext(), onePath(), errorRun(bound))) != nullptr);
@@ -347,7 +350,8 @@ TEST_CASE("every part of a row is read as it is written")
     row.work->per_eye[0] = {1, 2, 3, 4, 5};
     row.work->coarse[3] = {5, 4, 3, 2, 1};
     row.work->target = TargetFacts{{-0.5, -1, 0}, {2, 1, 4}};
-    row.work->roofline = RooflineFacts{{1, 2, 3, 4, 5}, {{"blend", 1, 2, 3, 4, 5, 6, 7, 8, "memory"}, {"frame"}}};
+    row.work->roofline = RooflineFacts{
+        {1, 2, 3, 4, 5}, {{"blend", 1, 2, 3, 4, 5, 6, 7, 8, "memory"}, {"frame", 0, 0, 0, 0, 0, 0, 0, 0, ""}}};
     row.stability =
         StabilityFacts{{{"psnr", 50, std::numeric_limits<double>::infinity(), 0, true}, {"p99", 2, 3, 1, false}}};
     row.curve = CurveFacts{40, 10, 20, 30, "a.png", {4, 3, 2, 1}};
@@ -362,6 +366,18 @@ TEST_CASE("every part of a row is read as it is written")
     CHECK_FALSE(back.stability->passed());
     CHECK(back.work->roofline->stages[0].bound == "memory");
     CHECK(back.service->list[0].last_fault == "x");
+}
+
+TEST_CASE("a verdict on a broken picture is not read back as one on equal pictures")
+{
+    for (const double broken : {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+        RunRow row = someRow(errorRun(1));
+        row.stability = StabilityFacts{{{"psnr", 50, broken, 0, false}, {"temporal", 2, broken, 0, false}}};
+        RunRow back;
+        describe(Record(OrderedJson::parse(lineOf(row)), "rows.jsonl:1"), back);
+        CHECK(back.stability->verdicts[0].value == kBrokenPsnr);
+        CHECK(back.stability->verdicts[1].value == kWorstError);
+    }
 }
 
 TEST_CASE("bounds of stability")

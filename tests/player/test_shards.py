@@ -279,7 +279,23 @@ class ShardTest(PlayTest):
             self.play(*base, "--out", f"s{i}.jsonl", "--shard", f"{i}/2")
         run = self.merge("s1.jsonl", "s2.jsonl", "-o", "merged.jsonl", "--format", "json", code=8)
         self.assertIn("2 of 2 trajectories exceed a bound", run.stderr)
-        self.assertEqual(json.loads(run.stdout)["warnings"], ["2 of 2 trajectories exceed a bound"])
+        report = json.loads(run.stdout)
+        check_schema("merge-report", report)
+        self.assertEqual(report["warnings"], ["2 of 2 trajectories exceed a bound"])
+        # without its verdict a row would pass, and be none to go on from
+        rows = [json.loads(line) for line in (self.folder / "s1.jsonl").read_text().splitlines()]
+        bare = "".join(json.dumps({key: value for key, value in row.items() if key != "stability"}, separators=(",", ":")) + "\n"
+                       for row in rows)
+        (self.folder / "bare.jsonl").write_text(bare)
+        self.assertIn("is of another form than", self.merge("s2.jsonl", "bare.jsonl", "-o", "m.jsonl", code=3).stderr)
+        self.assertIn("bare.jsonl:1: has no stability", self.play(*base, "--out", "bare.jsonl", "--shard", "1/2", code=3).stderr)
+        self.assertEqual((self.folder / "bare.jsonl").read_text(), bare)
+        # nor do rows of other commands join those of a shard
+        bench = ("bench", self.model, "--cameras", "paths/a.json", "--size", "16x16", "--measure", "1", "--warmup", "0", "--out")
+        self.refused(*bench, "s1.jsonl", code=1, says="s1.jsonl:1: is a row of a shard, expected rows of gsc-play bench")
+        run = self.play(*base, "--out", "s1.jsonl", "--shard", "1/2", "--format", "json")
+        printed = [json.loads(line) for line in run.stdout.splitlines()]
+        self.assertEqual(printed, [json.loads(line) for line in (self.folder / "s1.jsonl").read_text().splitlines()])
         merged = [json.loads(line) for line in (self.folder / "merged.jsonl").read_text().splitlines()]
         check_schema("run", *merged)
         self.assertEqual([row["stability"]["passed"] for row in merged], [False, False])
@@ -301,7 +317,7 @@ class ShardTest(PlayTest):
                 (changed(shard=shard | {"tasks": 1 << 63}), f"shard.tasks is {1 << 63}, expected at most", False),
                 (changed(shard=shard | {"count": 1 << 63}), f"shard.count is {1 << 63}, expected at most", False),
                 (changed(shard={key: shard[key] for key in ("index", "count", "task", "tasks", "set")}),
-                 f"has no shard.model, expected a whole line of {form}", True)]
+                 "has no shard.model, expected a whole line of ", True)]
         if kind == "frames":
             return rows + [(changed(backend=5), "backend is 5, expected", False),
                            (without("backend"), "has no backend, expected a whole line of gsc.frame-stats/1", False)]

@@ -238,9 +238,14 @@ var gscFigures = (function () {
     return {option: option, height: head.top + key.height + height + 50};
   }
 
+  function lastScored(row) { // -1: none. Scores are by camera, of which there may be more than frames
+    var frames = row.frames, last = frames.psnr.length - 1;
+    return last < 0 ? -1 : frames.listed.length ? frames.listed[last] : frames.first_scored + last * frames.every_scored;
+  }
+
   function overTimeFigure(panel, theme, options) {
     var rows = panel.rows, shown = options.shown, head = parts.base(theme, options), option = head.option;
-    var count = rangeOf(rows.map(function (row) { return row.frames.wall.length; }))[1], every = [];
+    var count = rangeOf(rows.map(function (row) { return Math.max(row.frames.wall.length, lastScored(row) + 1); }))[1], every = [];
     shown.forEach(function (row) { every = every.concat(rows[row].frames.psnr); });
     var scale = parts.decibelScale(every.length ? every : [null], 4);
     function plain(value) { return value; }
