@@ -8,7 +8,7 @@
 namespace gsc {
 
 struct Checksum64::State {
-    XXH3_state_t xxh; // over-aligned; operator new honours it
+    XXH3_state_t xxh; // its type asks for a large alignment, which operator new respects
 };
 
 uint64_t checksum64(std::span<const std::byte> bytes)

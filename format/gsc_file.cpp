@@ -15,7 +15,7 @@ namespace gsc {
 
 namespace {
 
-// Zero pages, which take memory when they are written: `taken` of `bytes`.
+// Maps `bytes` of zeros, of which about `taken` will be written; a page takes memory only once it is written.
 std::span<std::byte> zeroPages(const std::string& path, uint64_t bytes, uint64_t taken)
 {
     if (const uint64_t memory = usableMemory(); memory > 0 && taken > memory)
@@ -24,7 +24,8 @@ std::span<std::byte> zeroPages(const std::string& path, uint64_t bytes, uint64_t
             formatString("one that fits the %.3g GB that this machine or container allows", double(memory) * 1e-9),
             "unpack it on a larger one, its file is read in place")
             .with({Setting::Unpacking});
-    // private pages count whole where a process has a limit of memory (boundMemory)
+    // a limit of the process's memory (boundMemory) counts private pages whole, even those never written; so shared
+    // ones are used if not all are written
     const int kind = taken < bytes ? MAP_SHARED : MAP_PRIVATE;
     void* const data =
         ::mmap(nullptr, size_t(bytes), PROT_READ | PROT_WRITE, kind | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
@@ -33,7 +34,7 @@ std::span<std::byte> zeroPages(const std::string& path, uint64_t bytes, uint64_t
                     formatString("there is no address space for the %.1f GB of this archive", double(bytes) * 1e-9),
                     "as much", "raise the limit of this process");
 #if defined(__linux__)
-    (void)::madvise(data, size_t(bytes), MADV_HUGEPAGE); // advice only
+    (void)::madvise(data, size_t(bytes), MADV_HUGEPAGE); // a hint, so a failure does not matter
 #endif
     return {static_cast<std::byte*>(data), size_t(bytes)};
 }
@@ -68,7 +69,7 @@ void GscFile::letGo(std::span<const std::byte> part) const noexcept
     if (m_is_archive || part.empty())
         return;
 #if defined(__linux__)
-    // note: posix_madvise() of glibc ignores this advice
+    // note: madvise(), since glibc's posix_madvise() ignores this advice
     const uintptr_t page = uintptr_t(sysconf(_SC_PAGESIZE)), at = reinterpret_cast<uintptr_t>(part.data());
     const uintptr_t first = at / page * page;
     (void)::madvise(reinterpret_cast<void*>(first), at + part.size() - first, MADV_DONTNEED);

@@ -31,7 +31,7 @@ bool openGsc(std::span<const std::byte> file, GscView& view, GscCheck check, con
     if (!bindSections(context))
         return false;
     checkNanoVdb(context);
-    // each of the three needs the ranges of the one before
+    // each of the three checks relies on the ranges that the one before it checked
     const bool sound = checkChunks(context) && checkGroups(context) && checkLeaves(context);
     checkIndex(context);
     checkSensitivity(context, sound);

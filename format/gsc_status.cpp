@@ -75,7 +75,7 @@ IssueSink throwFirstIssue(const std::string& path)
     return [path](const Issue& issue) {
         if (issue.info->severity == Severity::Warning)
             return;
-        // the values of an issue are `<found>[, expected <what>][; <what to do>]`
+        // `detail` of an issue has the form `<found>[, expected <expected>][; <what to do>]`
         constexpr std::string_view kExpected = ", expected ";
         std::string found = issue.detail, expected = "a file as this gsc knows the format", remedy;
         const size_t stated = found.find(kExpected);

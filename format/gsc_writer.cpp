@@ -17,10 +17,11 @@ namespace gsc {
 
 namespace {
 
-// header and table of kMaxSections entries fit in front of the first section, so its place never depends on their number
+// header and table with kMaxSections entries fit before the first section, so the place of that section never depends
+// on their number
 static_assert(sizeof(FileHeader) + kMaxSections * sizeof(SectionEntry) <= kSectionAlign);
 
-// Blocks for `bytes` at `offset`, so that a disk that is too small shows before the work and not after it.
+// Reserves disk blocks for `bytes` at `offset`, so a disk too small is noticed before the work and not after it.
 void reserveBlocks(int fd, const std::string& path, uint64_t offset, uint64_t bytes)
 {
     if (bytes == 0)
@@ -50,7 +51,7 @@ struct GscWriter::State {
     uint64_t anchors_offset = 0;
     uint64_t anchors_bytes = 0;
     bool has_anchors = false;
-    uint64_t cursor = kSectionAlign; // offset of the next section
+    uint64_t cursor = kSectionAlign; // offset in the file where the next section goes
     std::vector<SectionEntry> entries;
 
     void append(uint32_t type, uint64_t bytes, uint64_t count, uint32_t flags, uint64_t checksum)
@@ -106,7 +107,7 @@ void GscWriter::readAnchors(uint64_t offset, std::span<std::byte> bytes) const
             continue;
         if (done < 0)
             failOutput(s.path, "cannot be read back", errno);
-        if (done == 0) // a filesystem without fallocate: unwritten bytes read as zero
+        if (done == 0) // 0: a file system without fallocate(); bytes not written yet read as zero there too
             break;
         offset += uint64_t(done);
         bytes = bytes.subspan(size_t(done));

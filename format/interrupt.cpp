@@ -13,12 +13,12 @@ namespace gsc {
 namespace {
 
 std::atomic<bool> g_interrupted{false};
-static_assert(std::atomic<bool>::is_always_lock_free); // the only kind a signal handler may touch
+static_assert(std::atomic<bool>::is_always_lock_free); // a signal handler may touch no other kind of atomic
 
 constexpr int kRequests[] = {SIGINT, SIGTERM, SIGHUP};
 
-// True if the process was started with the signal ignored (by nohup, or a shell's `command &`): it then ignores the
-// signal.
+// Returns true if the process was started with this signal ignored (by nohup, or a shell's `command &`); it must then
+// go on ignoring it.
 bool ignored(int number)
 {
     struct sigaction now {};
@@ -28,7 +28,7 @@ bool ignored(int number)
 extern "C" void onInterrupt(int)
 {
     g_interrupted.store(true, std::memory_order_relaxed);
-    // the next signal, of any kind that is not ignored, gets the default action
+    // gives all these signals their default action, so that the next one ends the process
     for (const int number : kRequests)
         if (!ignored(number))
             std::signal(number, SIG_DFL);
@@ -41,11 +41,11 @@ void installInterruptHandler()
     struct sigaction action {};
     action.sa_handler = onInterrupt;
     sigemptyset(&action.sa_mask);
-    action.sa_flags = SA_RESTART; // reads and writes in flight go on; the loops ask
+    action.sa_flags = SA_RESTART; // reads and writes under way are continued; the loops ask for the interrupt
     for (const int number : kRequests)
         if (!ignored(number))
             ::sigaction(number, &action, nullptr);
-    // a closed pipe and the file size limit become errors of the write, which clean up
+    // a closed pipe, or a file beyond the size limit, is then an error of the write, after which the program cleans up
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);
 }

@@ -20,7 +20,7 @@ size_t utf8Prefix(std::string_view text)
             if ((uint8_t(text[i + k]) & 0xc0) != 0x80)
                 return i;
         const uint8_t second = length > 1 ? uint8_t(text[i + 1]) : 0;
-        // overlong forms, surrogates, beyond U+10FFFF
+        // refuses overlong forms, surrogates, and characters beyond U+10FFFF
         if ((c == 0xe0 && second < 0xa0) || (c == 0xed && second >= 0xa0) || (c == 0xf0 && second < 0x90) ||
             (c == 0xf4 && second >= 0x90))
             return i;
@@ -52,13 +52,15 @@ namespace {
 
 void append(std::string& out, uint32_t code)
 {
-    const int more = code < 0x80 ? 0 : code < 0x800 ? 1 : code < 0x10000 ? 2 : 3; // bytes behind the first
+    // bytes behind the first byte of the character
+    const int more = code < 0x80 ? 0 : code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;
     out += more == 0 ? char(code) : char(0xf0 << (3 - more) | (code >> 6 * more & 0x3f >> more));
     for (int i = more; i-- > 0;)
         out += char(0x80 | (code >> 6 * i & 0x3f));
 }
 
-// note: counts at the start of binary files have zeros where text has its second character
+// Returns true if `bytes` are text in UTF-16 with a byte order mark. note: binary files that start with a count have
+// zeros where text has its second character
 bool isUtf16(std::string_view bytes, bool big_endian)
 {
     const auto unit = [&](size_t i) {
@@ -73,7 +75,7 @@ bool isUtf16(std::string_view bytes, bool big_endian)
 std::string fromUtf16(std::string_view bytes, bool big_endian)
 {
     std::string text;
-    uint32_t high = 0; // a surrogate that waits for its second half
+    uint32_t high = 0; // first half of a surrogate pair, while the second half is awaited; else 0
     for (size_t i = 2; i + 1 < bytes.size(); i += 2) {
         const auto first = uint8_t(bytes[i]), second = uint8_t(bytes[i + 1]);
         const uint32_t unit = uint32_t(big_endian ? first << 8 | second : second << 8 | first);

@@ -23,7 +23,7 @@ std::unique_ptr<Renderer> makeLoadedRenderer(const DeviceId& device, const Rende
     const auto passOver = [&](const std::string& why) { passed_over.push_back(why); };
     const auto open = [&](const DeviceId& on) {
         std::string warning;
-        // a CPU device has no number, though a reference to one may state it
+        // a CPU device has no number, though a DeviceId may state one
         const int ordinal = on.backend.starts_with("cpu") ? 0 : on.ordinal;
         std::unique_ptr<Renderer> renderer = makeRenderer({on.backend, ordinal}, options, &warning);
         if (!warning.empty())

@@ -20,16 +20,17 @@ namespace gsc {
 
 namespace {
 
-// Asks for the anchors ahead of the first frame, where they leave room for other programs.
+// Asks the system to read the anchors before the first frame, if they leave memory for other programs.
 void prefetch(std::span<const std::byte> anchors)
 {
     const long page = sysconf(_SC_PAGESIZE);
     if (page <= 0 || anchors.size() > usableMemory() / 2)
         return;
-    // sections are aligned to 4096; a machine with larger pages needs the start of the page
+    // sections are aligned to 4096 bytes, but on a machine with larger pages the address must be rounded down to a
+    // page
     const auto address = reinterpret_cast<uintptr_t>(anchors.data());
     const uintptr_t start = address / uintptr_t(page) * uintptr_t(page);
-    // advice only: a failure costs speed, nothing else
+    // only advice: a failure costs speed, nothing else
     (void)posix_madvise(reinterpret_cast<void*>(start), anchors.size() + (address - start), POSIX_MADV_WILLNEED);
 }
 
@@ -93,8 +94,9 @@ private:
     GscView m_gsc;
     ModelView m_view{};
     std::string m_manifest;
-    std::vector<ChunkArrays> m_arrays; // chunk order
-    std::optional<LocalModel> m_local; // local copy of a model far from the origin, which m_view shows
+    std::vector<ChunkArrays> m_arrays; // arrays of each chunk, by the chunk's number
+    // for a model far from the origin: the copy with local positions, which m_view shows
+    std::optional<LocalModel> m_local;
     std::vector<SourceCamera> m_cameras;
 };
 

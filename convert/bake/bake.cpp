@@ -36,23 +36,25 @@ namespace gsc {
 namespace {
 
 constexpr size_t kFewestCameras = 4;
-// If the verdict misses the target, the search aims higher by a share of the gap, at most this often: few cameras are
-// no good sample of each other.
+// If the pictures of the verdict miss the target, the search is repeated with a target that is higher by kAgainShare of
+// the gap, at most this often. The two sets of poses can differ much where cameras are few.
 constexpr int kMostAgain = 4;
-constexpr double kAgainShare = 0.6, kAgainMargin = 0.1; // dB
+// share of the gap by which the target is raised, and dB on top of that
+constexpr double kAgainShare = 0.6, kAgainMargin = 0.1;
 
 static_assert(PoseLimits{}.weights <= kMostImportancePoses);
 
-// Bakes one model to one target or several; work that does not depend on a target is done once. Options and progress must
-// outlive it. Throws as bake().
+// Bakes one model to one target or to several. Work that does not depend on the target is done once, in the
+// constructor. `options` and `progress` must outlive this. Throws as bake().
 class Baker {
 public:
-    // `curve`: the targets that there will be; empty = that of the options, or none.
+    // `curve`: targets of all the calls of bakeTo() to come; empty if there is only that of the options, or none.
     Baker(const BakeOptions& options, const BakeProgress& progress, std::span<const double> curve = {})
         : m_options(options), m_progress(progress), m_workers(options.threads), m_source(options)
     {
         const auto start = Clock::now();
-        if (m_source.view.params->flags & kModelCompact) // the flag stays
+        // a file in the compact form stays in it
+        if (m_source.view.params->flags & kModelCompact)
             m_options.levers |= kLeverCompact;
         const ModelParams& params = *m_source.view.params;
         if ((m_options.levers & kLeverCompact) &&
@@ -74,7 +76,8 @@ public:
         roundToHalves(halves);
         m_weights = canonicalMlps(halves);
         m_packed = packMlps(halves, params.feat_dim, params.appearance_dim);
-        // another order draws ties otherwise: 78 dB in the worst view of a trained model
+        // Gaussians of equal depth are drawn in the order of the anchors; a new order alone gave 78 dB in the worst
+        // view of a trained model, so without a target the order stays
         const bool by_source = !(m_options.levers & kLeverOrder) || !m_options.target_psnr;
         m_order = anchorOrder(m_source.view, by_source);
         m_model.emplace(m_source.scene->view(), *m_importance, m_workers, m_weights, m_packed, m_source.whenRead());
@@ -87,8 +90,8 @@ public:
     Baker(const Baker&) = delete;
     Baker& operator=(const Baker&) = delete;
 
-    // Writes one file, with output and target instead of those of the options. `target` must be set exactly if the options have
-    // a target. `last`: no call follows, so memory is given back on the way.
+    // Writes one baked file. `output` and `target` replace those of the options; `target` must be set if and only if
+    // the options have one. `last`: no other call follows, so memory is freed as soon as possible.
     BakeReport bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view,
                       bool last = false)
     {
@@ -124,10 +127,10 @@ public:
         return std::move(m_report);
     }
 
-    // Score of a file, baked or the model's own, from the poses of the verdict.
+    // Scores the pictures of a file, baked or not, from the poses of the verdict.
     [[nodiscard]] FileScore measure(const std::string& path) { return m_meter->measure(path); }
 
-    // the part of the report that no target changes
+    // the part of the report that is equal for all targets
     [[nodiscard]] const BakeReport& prepared() const { return m_prepared; }
 
 private:
@@ -140,7 +143,7 @@ private:
         const auto start = Clock::now();
         work();
 #if defined(__GLIBC__)
-        // glibc keeps freed memory for the same thread, but the next stage has other threads and other sizes
+        // glibc keeps freed memory for the thread that used it, but the next stage runs on other threads
         (void)malloc_trim(0);
 #endif
         m_report.stages.push_back({name, std::chrono::duration<double>(Clock::now() - start).count()});
@@ -154,7 +157,8 @@ private:
         return numbers;
     }
 
-    // Opens the renderer, with the whole model loaded. Continues on the device of the stopped bake, if it was the same.
+    // Opens a renderer with the whole model loaded, and the file of a stopped bake, which fits only if the device is
+    // the same.
     void openDevice(std::span<const double> curve)
     {
         std::vector<std::string> passed_over;
@@ -183,7 +187,8 @@ private:
                 std::back_inserter(cameras));
         if (m_options.cameras.empty())
             cameras = sceneCameras(*m_source.scene, "stored", {});
-        leaveOutRepeats(cameras); // or verdict and weights would share poses
+        // two equal poses could end up in the sets for weights and for verdict, which must share none
+        leaveOutRepeats(cameras);
         if (cameras.size() < kFewestCameras)
             throw Error(ErrorCode::Usage, m_options.name, formatString("%zu different cameras", cameras.size()),
                         formatString("%zu or more to find weights, steps and a verdict from", kFewestCameras),
@@ -225,7 +230,8 @@ private:
         m_report.verdict = m_meter->score(*m_model, m_report.plan, m_poses.search.size(), m_poses.verdict.size());
     }
 
-    // dB by which the verdict misses target or bound.
+    // Decibels that the verdict lacks, pooled to the target or in its worst view to the least PSNR of a view, whichever
+    // is more; 0 or less if it reaches both.
     [[nodiscard]] double lack() const
     {
         return m_target ? std::max(m_report.target - m_report.verdict.psnr,
@@ -265,7 +271,8 @@ private:
         write.output = m_output;
         write.overwrite = m_options.overwrite;
         write.threads = m_options.threads;
-        // the row that a file of one has; options of a file of several that is said to be of one are not taken over
+        // a file with a single row of the appearance embedding was converted with the option --appearance; with several
+        // rows the option stays unset, whatever the manifest says
         if (m_source.view.embedding_rows.size() == 1)
             write.appearance = int(m_source.view.embedding_rows[0]);
         write.sensitivity = SensitivityMode::None;
@@ -273,14 +280,15 @@ private:
                                          reducedFacts(m_source.view.manifest, reductionText(m_report, m_target)),
                                          {}});
         write.verify = [&](const std::string& path) {
-            if (last) // no target follows, and all of `source` has been read: the model may go
+            if (last) // no target follows, and all anchors have been read, so the model can be freed
                 m_model.reset();
             measureFile(path);
         };
         (void)writeGscFrom(checkpoint, source, write, [](const char*, uint64_t, uint64_t) {});
     }
 
-    // The file before it has its name.
+    // Measures the sizes of the written file before it is renamed to the output. Throws if its archive is larger than
+    // --max-bytes.
     void measureFile(const std::string& path)
     {
         const IssueSink sink = throwFirstIssue(m_output);
@@ -303,12 +311,12 @@ private:
     SourceModel m_source;
     PoseSets m_poses;
     std::optional<Importance> m_importance;
-    std::vector<std::byte> m_weights, m_packed; // networks in halves
+    std::vector<std::byte> m_weights, m_packed; // networks as sections MLPW and MLPP, rounded to halves
     std::optional<ReducedModel> m_model;
-    std::optional<BakeMeter> m_meter; // goes before what its renderer has loaded
-    std::vector<uint32_t> m_order;    // order of the anchors in a file that is written
-    BakeReport m_prepared;            // the part of the report that no target changes
-    // state of the bake that is under way
+    std::optional<BakeMeter> m_meter; // destroyed before m_model, which its renderer may have loaded
+    std::vector<uint32_t> m_order;    // order in which the anchors are written
+    BakeReport m_prepared;            // the part of the report that is equal for all targets
+    // state of the bakeTo() that is running
     std::string m_output;
     std::optional<double> m_target;
     double m_margin = kSearchMargin;
@@ -330,7 +338,8 @@ Curve bakeCurve(const BakeOptions& options, const std::vector<double>& targets, 
 {
     const auto start = std::chrono::steady_clock::now();
     BakeOptions same = options;
-    same.target_psnr = targets.front(); // only tells that there is a target; each bake sets its own
+    // any target tells the constructor that there is one; each bakeTo() gets its own
+    same.target_psnr = targets.front();
     same.overwrite = true;
     Baker baker(same, progress, targets);
     Curve curve;
@@ -350,7 +359,7 @@ Curve bakeCurve(const BakeOptions& options, const std::vector<double>& targets, 
             curve.warnings.push_back(error.what());
         }
     }
-    std::error_code ignored; // harmless: the folder is removed too
+    std::error_code ignored; // harmless, because the whole folder is removed later
     std::filesystem::remove(scratch, ignored);
     curve.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return curve;

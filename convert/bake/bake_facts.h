@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Everything that a bake's measurements depend on, as readable lines: equal lines, equal measurements.
+// Lists as text all that the measurements of a bake depend on: two bakes with equal lines measure the same.
 #pragma once
 
 #include "convert/bake/bake.h"
@@ -13,9 +13,9 @@
 
 namespace gsc {
 
-// Lines "name: value", without line ends. `targets`: those of a curve, or empty. Precondition: `view` came from openGsc()
-// with GscCheck::Full, so that its header's checksums are those of its bytes. No measurement depends on threads, so they are
-// left out.
+// Returns lines "name: value" without line ends. `targets`: those of a curve, or empty. Precondition: `view` came from
+// openGsc() with GscCheck::Full, so that the checksums in its header are those of its bytes. The number of threads is
+// not listed, because no measurement depends on it.
 [[nodiscard]] std::vector<std::string> bakeFacts(const BakeOptions& options, std::span<const double> targets,
                                                  const GscView& view, const PoseSets& poses, const Renderer& renderer);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Facts of a bake in the manifest of the baked file.
+// Facts about a bake, as the manifest of the baked file states them.
 #pragma once
 
 #include "convert/bake/bake.h"
@@ -10,9 +10,10 @@
 
 namespace gsc {
 
-// JSON of the manifest's "reduction": levers, poses and measured loss. Equal input and options give equal text.
+// JSON text of the manifest's key "reduction": levers, poses and measured loss. Equal input and options give equal
+// text.
 [[nodiscard]] std::string reductionText(const BakeReport& report, std::optional<double> target);
-// KnownSource::facts of a file with this reduction, made from a file with this manifest.
+// Value of KnownSource::facts for a baked file. `manifest`: that of the input; `reduction`: result of reductionText().
 [[nodiscard]] std::string reducedFacts(std::string_view manifest, const std::string& reduction);
 
 } // namespace gsc

@@ -69,7 +69,8 @@ void BakeMeter::drawWhole()
     m_probe.addPoses(m_poses.verdict);
     const size_t count = m_poses.search.size() + m_poses.verdict.size();
     if (m_before && m_before->hasScores())
-        keep(int64_t(count)); // drawn later, when a score is asked for that the file does not have
+        // score() draws them if it is asked for a score that is not in the file
+        keep(int64_t(count));
     else
         m_probe.drawWhole(0, count);
 }
@@ -107,7 +108,7 @@ uint64_t BakeMeter::weightPixels() const
     return pixels;
 }
 
-// A picture was drawn.
+// Counts one picture as drawn, and reports progress.
 void BakeMeter::tell()
 {
     m_model.letGo();
@@ -121,7 +122,8 @@ void BakeMeter::keep(int64_t pictures)
     showProgress();
 }
 
-// Moves the poses whose picture of the whole model was postponed from kept to drawn: it is drawn now.
+// Corrects the counts: pictures of the whole model that drawWhole() postponed were counted as kept, but those of these
+// poses are drawn now.
 void BakeMeter::drawAgain(size_t first, size_t count)
 {
     m_kept -= int64_t(m_probe.undrawn(first, count));

@@ -8,10 +8,11 @@ namespace gsc {
 
 namespace {
 
-constexpr double kTolerance = 0.12; // dB around the margin
+constexpr double kTolerance = 0.12; // dB by which the result may be off the margin that is aimed at
 constexpr uint32_t kMostProbes = 9;
 constexpr size_t kCalibrationPoses = 3;
-constexpr uint32_t kCalibrations = 5; // features, offsets, scales, networks, left out slots and anchors
+// trial bakes before the search: features, offsets, scales, networks, and leaving out slots and anchors
+constexpr uint32_t kCalibrations = 5;
 
 class Search {
 public:
@@ -25,7 +26,7 @@ public:
             return std::move(m_result);
         }
         m_result.plan.levers = m_task.levers;
-        // the error of pictures at the target, dealt evenly to the values
+        // first guess: the squared error that the target allows, spread evenly over all values
         const double mse = std::pow(10.0, -(m_task.target + m_task.margin) / 10);
         const ModelParams& p = m_task.params;
         const double values = double(m_task.anchors) * (p.feat_dim + 3.0 * p.n_offsets + 6);
@@ -38,13 +39,14 @@ public:
     }
 
 private:
-    // Smallest of the dB above target and bound.
+    // Decibels that a score has above the target, or above the least PSNR of a view, whichever is less.
     double margin(const SetScore& score) const
     {
         return std::min(score.psnr - m_task.target, score.worstPose().psnr - m_task.min_view);
     }
 
-    // Summed squared error of the poses that importance was found from, if they are like those of the search.
+    // Summed squared error over the pixels of the poses for weights when only `levers` are used. It is estimated from a
+    // few poses of the search.
     double errorOf(uint32_t levers)
     {
         BakePlan plan = m_result.plan;
@@ -53,13 +55,15 @@ private:
         return score.mse * 3 * double(m_task.weight_pixels);
     }
 
-    // Finds costs with which each kind of value, rounded alone at the first guess, causes its share of the error.
+    // Corrects the cost factors: rounds features, offsets and scales one kind after the other, and compares the error
+    // with the expected one.
     void calibrate()
     {
         const ModelParams& p = m_task.params;
         const double anchors = double(m_task.anchors), error = m_result.plan.error;
         ErrorCosts& costs = m_result.plan.costs;
-        // masks stay set: coarse features would wake slots that are masked in the end
+        // slots stay masked and anchors left out in every trial: rounded features could otherwise make hidden slots
+        // visible
         const uint32_t always = m_task.levers & (kLeverSlots | kLeverAnchors | kLeverCompact);
         const double base = always != 0 ? errorOf(always) : 0;
         const auto adjust = [&](uint32_t lever, double values, auto&&... cost) {
@@ -74,7 +78,7 @@ private:
         adjust(kLeverScales, anchors * 6, costs.size);
     }
 
-    // Rounds networks to halves if that costs less than a tenth of the allowed error.
+    // Rounds networks to half precision only if that costs less than a tenth of the allowed error.
     void judgeNetworks(double mse)
     {
         if (errorOf(kLeverNetworks) > 0.1 * mse * 3 * double(m_task.weight_pixels))
@@ -88,8 +92,9 @@ private:
         return m_task.score(m_result.plan, 0, m_task.poses);
     }
 
-    // Decibels fall with the logarithm of the error nearly on a line: so the next probe is where the line through the last
-    // two meets the aim, between the finest that was too coarse and the coarsest that was fine.
+    // Tries plans until the score is close to the aim. PSNR falls nearly linearly with the logarithm of the error; so
+    // the next plan is where the line through the last two scores meets the aim, but between the finest plan that was
+    // too coarse and the coarsest that was fine enough.
     void turn()
     {
         double at = std::log2(m_result.plan.error), slope = -3.0103;
@@ -123,7 +128,7 @@ private:
             at = next;
         }
         if (m_result.kept)
-            m_result.plan.error = std::exp2(best); // the last probe may have been none to keep
+            m_result.plan.error = std::exp2(best); // the plan tried last may be too coarse
     }
 
     const SearchTask& m_task;
@@ -139,7 +144,7 @@ SearchResult searchSteps(const SearchTask& task)
 
 size_t searchPictures(size_t poses)
 {
-    return kCalibrations * std::min(kCalibrationPoses, poses) + 4 * poses; // a search takes about four probes
+    return kCalibrations * std::min(kCalibrationPoses, poses) + 4 * poses; // a search usually scores about four plans
 }
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Search for the coarsest values that keep a target: varies one number, the error that rounding a value may cost.
+// Finds the coarsest values that keep a target by varying one number, the error that rounding a value may cost.
 #pragma once
 
 #include "convert/bake/model/reduced_model.h"
@@ -11,10 +11,10 @@
 
 namespace gsc {
 
-// Margin of the search above the target, dB: enough that poses of the verdict keep the target, too.
+// Decibels above the target that the search aims at, so that the poses of the verdict reach the target, too.
 constexpr double kSearchMargin = 0.6;
 
-// Scores a model baked by the plan, from the poses [first, first + count); poses of the search come first.
+// Scores a model baked as `plan` says, from the poses [first, first + count); poses of the search come first.
 using PlanScore = std::function<SetScore(const BakePlan& plan, size_t first, size_t count)>;
 
 struct SearchTask {
@@ -22,23 +22,23 @@ struct SearchTask {
     uint64_t anchors;
     PlanScore score;
     size_t poses;
-    uint64_t weight_pixels; // pixels of the poses that importance was found from
+    uint64_t weight_pixels; // pixels of the poses that importance was measured from
     uint32_t levers;
-    double target = 0, min_view = 0; // dB
-    double margin = kSearchMargin;   // dB above both to aim at
-    const BakePlan* from = nullptr;  // plan to start from, with measured costs
+    double target = 0, min_view = 0; // dB of all pictures pooled, and least dB of a single view
+    double margin = kSearchMargin;   // dB above target and min_view that the search aims at
+    const BakePlan* from = nullptr;  // plan of an earlier search to start from; null = none
 };
 
 struct SearchResult {
     BakePlan plan;
-    SetScore score; // score of the plan
+    SetScore score; // score of `plan` from the poses of the search
     bool kept = false;
     uint32_t probes = 0;
 };
 
-// Finds the largest error that keeps the target with the margin.
+// Finds the largest BakePlan::error with which the pictures keep the target and the margin.
 [[nodiscard]] SearchResult searchSteps(const SearchTask& task);
-// Most pictures that a search draws, for the total of the progress.
+// Number of pictures that a search usually draws, for the total of the progress.
 [[nodiscard]] size_t searchPictures(size_t poses);
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of every command that reads a checkpoint.
+// Options of every command that reads a checkpoint.
 #pragma once
 
 #include "convert/input/checkpoint.h"

@@ -44,7 +44,7 @@ std::vector<NamedPath> outputsOf(const ConvertOptions& options)
     return outputs;
 }
 
-// -w must never delete the checkpoint itself, nor other files of its trainer beside it.
+// Files that the command must not overwrite, even with -w: those of the checkpoint, and others that its trainer wrote.
 std::vector<NamedPath> filesOf(const Checkpoint& checkpoint, const std::string& scene_dir)
 {
     const char* const what = "a file of the checkpoint";
@@ -54,7 +54,7 @@ std::vector<NamedPath> filesOf(const Checkpoint& checkpoint, const std::string& 
     std::vector<std::filesystem::path> folders = {checkpoint.model_path};
     if (!scene_dir.empty())
         folders.emplace_back(scene_dir);
-    // the model may be named by its iteration folder or PLY: the settings lie up to three folders above
+    // the user may have passed the iteration folder or the PLY: settings lie up to three folders above it
     std::error_code ignored;
     std::filesystem::path above = std::filesystem::weakly_canonical(checkpoint.ply_path, ignored).parent_path();
     for (int i = 0; i < 4 && above.has_relative_path(); ++i, above = above.parent_path())
@@ -66,7 +66,8 @@ std::vector<NamedPath> filesOf(const Checkpoint& checkpoint, const std::string& 
     return files;
 }
 
-// Throws unless the file holds every value of the checkpoint bit for bit. `path` is where it lies until it is `output`.
+// Throws unless the file holds every value of the checkpoint bit for bit. `path`: where the file lies now; `output`:
+// its later name, for messages.
 void verifyFile(const Checkpoint& checkpoint, const std::string& path, const std::string& output,
                 const WriteProgress& progress)
 {
@@ -96,7 +97,7 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
     checkStandardOutput(options.report, "--report", report.json());
 
     const Checkpoint checkpoint = readCheckpoint(options.input, options.checkpoint);
-    // so that a dry run refuses the options that the writer refuses
+    // so that --dry-run also refuses a wrong --appearance
     (void)keptEmbeddingRows(checkpoint, write_options.appearance);
     checkOutputsDiffer(outputs, filesOf(checkpoint, options.checkpoint.scene_dir));
 
@@ -124,7 +125,8 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
         writeTextFile(options.report, jsonText(convertJson(facts)) + "\n", write_options.overwrite);
     if (report.json())
         report.object(convertJson(facts));
-    else if (isStandardOutput(options.report)) // standard output holds the report alone
+    // the text goes to standard error, because the report is on standard output
+    else if (isStandardOutput(options.report))
         report.tell(convertText(facts));
     else
         report.text(convertText(facts));

@@ -24,7 +24,7 @@ void checkMergeOutput(const MergeOptions& options, const Reporter& report)
 {
     checkStandardOutput(options.output, "--output", report.json());
     std::vector<NamedPath> inputs;
-    for (const std::string& input : options.inputs) // standard input may be a file too
+    for (const std::string& input : options.inputs) // standard input may be redirected from a file
         inputs.push_back({isStandardOutput(input) ? "/dev/stdin" : input, "an input"});
     const NamedPath output{options.output, "--output"};
     checkOutputsDiffer(std::span(&output, 1), inputs);

@@ -11,7 +11,8 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kMaxMessages = 1000; // a damaged file can have one problem per record; the rest is only counted
+// most problems that are printed, because a damaged file can have one per record; the rest is counted
+constexpr uint64_t kMaxMessages = 1000;
 
 struct ValidateOptions {
     std::string input;
@@ -29,7 +30,7 @@ const char* severityName(Severity severity)
 struct IssueCounts {
     uint64_t by_severity[3] = {};
     uint64_t reported = 0;
-    uint64_t unsupported = 0; // errors that say the file is newer than this program
+    uint64_t unsupported = 0; // number of errors that mean that the file is newer than this program
 
     [[nodiscard]] uint64_t of(Severity severity) const { return by_severity[size_t(severity)]; }
     [[nodiscard]] uint64_t total() const { return by_severity[0] + by_severity[1] + by_severity[2]; }

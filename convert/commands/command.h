@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands of gsc.
+// Declares the commands of gsc.
 #pragma once
 
 #include "runtime/cli/options.h"
@@ -25,13 +25,13 @@ void addExportCommand(CLI::App& app, Invocation& invocation);
 void addChartCommand(CLI::App& app, Invocation& invocation);
 void addMergeRunsCommand(CLI::App& app, Invocation& invocation);
 void addSampleCommand(CLI::App& app, Invocation& invocation);
-void addSamplePathsCommand(CLI::App& sample, Invocation& invocation); // below `gsc sample`
+void addSamplePathsCommand(CLI::App& sample, Invocation& invocation); // makes a subcommand of `gsc sample`
 
-struct LpipsFiles; // convert/compare/picture_set.h
-// --lpips-backbone and --lpips-heads, both or none.
+struct LpipsFiles; // defined in convert/compare/picture_set.h
+// Adds --lpips-backbone and --lpips-heads, of which both or none must be given.
 std::array<OptionHandle, 2> addLpipsOptions(CLI::App& command, LpipsFiles& files);
 
-// Sets `run` to the function of the command, with its options, once the line is parsed.
+// Makes `run`, with the options of the command, the function that is called after the command line was parsed.
 template <typename Options>
 void onParsed(CLI::App& command, Invocation& invocation, const std::shared_ptr<Options>& options,
               ErrorCode (*run)(const Options&, Reporter&))
@@ -39,10 +39,10 @@ void onParsed(CLI::App& command, Invocation& invocation, const std::shared_ptr<O
     onParsed(command, [=, &invocation] { invocation.run = [=](Reporter& report) { return run(*options, report); }; });
 }
 
-// The parts of a list at its commas, at least one.
+// Splits a list at its commas; at least one part is returned.
 std::vector<std::string> partsOf(const std::string& list);
 
-// Everything main() does. Returns the exit code; never throws.
+// Runs the program: all that main() does. Returns the exit code; never throws.
 int runGsc(int argc, const char* const* argv);
 
 } // namespace gsc

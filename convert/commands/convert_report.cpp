@@ -10,8 +10,7 @@ namespace gsc {
 
 namespace {
 
-// True if the file has all of the checkpoint: no anchor dropped, no row of the embedding left out. Both forms of the
-// report use it.
+// Returns true if the file has every anchor and every row of the appearance embedding of the checkpoint.
 bool isLossless(const ConvertFacts& facts)
 {
     const bool rows_left_out = facts.options.appearance >= 0 && facts.checkpoint.embeddingRows() > 1;
@@ -40,7 +39,7 @@ Json inputJson(const ConvertFacts& facts)
     return json;
 }
 
-// Parameters that the checkpoint has in common with the file made from it.
+// Model parameters of a checkpoint, with its voxel size even if the model has no levels.
 ModelParams paramsOf(const Checkpoint& checkpoint)
 {
     ModelParams params = modelParams(checkpoint);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Report of `gsc convert` on its work (schemas/convert-report.schema.json).
+// Reports of `gsc convert` (schemas/convert-report.schema.json).
 #pragma once
 
 #include "convert/commands/command.h"
@@ -13,9 +13,9 @@ namespace gsc {
 struct ConvertFacts {
     const Checkpoint& checkpoint;
     const WriteOptions& options;
-    const WriteReport* written = nullptr; // null with --dry-run
-    bool verified = false;                // --verify: the file was read back and compared with the checkpoint
-    std::vector<std::string> warnings;    // warnings of reading and of writing
+    const WriteReport* written = nullptr; // result of the writer; null with --dry-run
+    bool verified = false;                // true if --verify read the file back and found every value equal
+    std::vector<std::string> warnings;    // warnings from reading the checkpoint and from writing the file
     double seconds = 0;
 };
 

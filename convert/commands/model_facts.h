@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Facts of a model, in the same words for a checkpoint and for a .gsc file.
+// Facts of a model, in equal words for a checkpoint and for a .gsc file.
 #pragma once
 
 #include "convert/commands/command.h"
@@ -9,8 +9,8 @@
 
 namespace gsc {
 
-// The "model" object of every report (schemas/model.schema.json) and its text, a few lines without the last newline.
-// Precondition: `params` are those of a checkpoint, or of a file that was opened without errors.
+// The object "model" of every report (schemas/model.schema.json), and its text: a few lines without a line end after
+// the last. Precondition: `params` come from a checkpoint, or from a file that was opened without errors.
 Json modelJson(const ModelParams& params, uint64_t anchors);
 std::string modelText(const ModelParams& params, uint64_t anchors);
 

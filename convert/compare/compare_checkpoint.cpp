@@ -25,7 +25,8 @@ namespace gsc {
 
 namespace {
 
-// Bit for bit, so that -0.0 and +0.0 differ and equal NaNs do not.
+// Counts values that differ in any bit: -0.0 and +0.0 differ, equal NaNs do not. `place`: index of the first value, or
+// with `per_element` false of the anchor.
 template <typename T>
 void compareValues(AttributeDifference& result, const T* a, const T* b, size_t count, uint64_t place, bool per_element)
 {
@@ -42,7 +43,7 @@ void compareValues(AttributeDifference& result, const T* a, const T* b, size_t c
     }
 }
 
-// Value that every anchor has in an array that the file does not store.
+// Value of all anchors in an array that the file does not store because it is constant.
 const float* constantOf(const ModelParams& params, ChunkArray array)
 {
     static constexpr float kZero[3] = {};
@@ -94,11 +95,12 @@ private:
         return false;
     }
 
-    // False if the shapes differ so that values cannot be compared.
+    // Returns false if numbers of features, Gaussians or MLPs differ, so that values cannot be compared.
     bool compareSettings()
     {
         const ModelParams expected = modelParams(m_checkpoint), &file = *m_view.params;
-        constexpr uint32_t kFound = kModelHasRotation | kModelHasOpacity | kModelHasNormal; // decided while writing
+        // the writer sets these by the values
+        constexpr uint32_t kFound = kModelHasRotation | kModelHasOpacity | kModelHasNormal;
         same("family", expected.family, file.family);
         same("flags", expected.flags & ~kFound, file.flags & ~kFound);
         same("level_rule", expected.level_rule, file.level_rule);
@@ -106,7 +108,7 @@ private:
         same("level_clamp", expected.level_clamp, file.level_clamp);
         same("standard_dist", expected.standard_dist, file.standard_dist);
         same("lod_scale", expected.lod_scale, file.lod_scale);
-        if (expected.voxel_size > 0) // else it is the positions' own
+        if (expected.voxel_size > 0) // without levels it only tells how the file stores positions
             same("voxel_size", expected.voxel_size, file.voxel_size);
         same("raster_rules", expected.raster_rules, file.raster_rules);
         same("near_z", expected.near_z, file.near_z);
@@ -117,7 +119,8 @@ private:
         return shapes;
     }
 
-    // The chunk that an anchor lies in; neighbours in the checkpoint are often neighbours in the file.
+    // Chunk that holds an anchor. `last`: the one found before, tried first, because neighbours in the checkpoint are
+    // often neighbours in the file.
     const ChunkRecord& chunkOf(uint32_t anchor, const ChunkRecord* last) const
     {
         if (last && anchor >= last->anchor_first && anchor - last->anchor_first < last->anchor_count)
@@ -172,7 +175,8 @@ private:
                 }
             }
             total += batch.count;
-            if (m_progress && std::this_thread::get_id() == m_thread) // batches come from several threads
+            // batches come on several threads, but callers are promised one
+            if (m_progress && std::this_thread::get_id() == m_thread)
                 m_progress("compare", total, m_checkpoint.anchor_count);
         });
         m_report.anchors = std::min<uint64_t>(row, m_view.index.size());
@@ -250,7 +254,7 @@ private:
         }
     }
 
-    // Calls with the same name continue one attribute.
+    // Compares `count` values as part of the attribute `name`, which may have been begun by another call.
     template <typename T>
     void elements(const std::string& name, const T* a, const T* b, size_t count)
     {

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Paths by the name without extension.
+// Paths of the pictures in a folder, by file name without extension.
 std::map<std::string, std::string> picturesOf(const std::string& folder)
 {
     std::map<std::string, std::string> pictures;
@@ -59,7 +59,7 @@ PictureSet comparePictures(const std::string& reference, const std::string& pict
         return set;
     }
     const std::map<std::string, std::string> wanted = picturesOf(reference), found = picturesOf(pictures);
-    for (const auto& [name, path] : wanted) // warns before any picture is read
+    for (const auto& [name, path] : wanted) // warns of pictures without a partner before any picture is read
         if (!found.contains(name))
             throw Error(ErrorCode::Io, pictures, "no picture of the name " + name, "one for " + path, "draw it too");
     for (const auto& [name, path] : wanted) {

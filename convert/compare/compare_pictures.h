@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `gsc compare-pictures`: pictures of one folder against those of another.
+// `gsc compare-pictures`: compares the pictures of two folders, or two pictures.
 #pragma once
 
 #include "convert/compare/picture_set.h"
@@ -9,10 +9,10 @@
 
 namespace gsc {
 
-// Each picture of `reference` against the one of `pictures` with the same name; extensions may differ. Both are folders,
-// of which files that are no pictures are left out, or both are files. A warning counts the pictures that only
-// `pictures` has: they are not compared. Throws Error: Io for what is not found, InvalidFile for a picture of another
-// size, two of one name or a folder without a picture, Unsupported.
+// Compares each picture of `reference` with the picture of the same name in `pictures`; extensions may differ. Either
+// both are folders, in which other files are ignored, or both are files. A warning tells how many pictures only
+// `pictures` has; they are not compared. Throws Error: Io for what is not found; InvalidFile for a picture of another
+// size, two pictures of one name, or a folder without pictures; Unsupported.
 PictureSet comparePictures(const std::string& reference, const std::string& pictures, const Lpips* lpips,
                            Reporter& report);
 

@@ -30,11 +30,11 @@ void writeFresh(const Checkpoint& checkpoint, const std::string& path, int threa
     options.output = path;
     options.threads = threads;
     options.drop_invalid = true;
-    options.sensitivity = SensitivityMode::None; // no picture here needs it
+    options.sensitivity = SensitivityMode::None; // only needed to reuse decoded Gaussians, which is not done here
     writeGsc(checkpoint, options, std::bind_front(&Reporter::progress, &report));
 }
 
-// Draws a file, as a player shows it or in double precision.
+// Draws pictures of a file as a player does, or in double precision.
 class FileRenderer {
 public:
     FileRenderer(const std::string& path, CpuPath cpu_path, Tier tier, ReferencePrecision precision, int threads)
@@ -96,18 +96,19 @@ bool isEightBit(const Image& image)
     });
 }
 
-// A picture of 8 bits says only in which interval of 1/255 a value lay. Puts each value of `picture` as close to
-// `actual` as its interval allows, so that only what rounding cannot explain counts.
+// An 8-bit picture tells each value only to within 1/255. Sets each value of `picture` as close to `actual` as the
+// rounding allows, so that only differences beyond rounding count.
 void undoRounding(Image& picture, Image& actual)
 {
     constexpr float kHalf = 0.5f / 255;
     for (size_t i = 0; i < picture.pixels.size(); ++i) {
-        actual.pixels[i] = std::clamp(actual.pixels[i], 0.0f, 1.0f); // the trainer clamps before it writes
+        actual.pixels[i] = std::clamp(actual.pixels[i], 0.0f, 1.0f); // as the trainer does before it writes a picture
         picture.pixels[i] = std::clamp(actual.pixels[i], picture.pixels[i] - kHalf, picture.pixels[i] + kHalf);
     }
 }
 
-// The pictures in `folder`, empty if it is none. Throws Error(InvalidFile) if it holds none.
+// The trainer's pictures in `folder`, or none if `folder` is empty. Throws Error: Io if it is no folder, InvalidFile if
+// it holds no picture with a known camera.
 std::vector<TrainerPicture> picturesIn(const std::string& folder, const Scene& scene)
 {
     if (folder.empty())
@@ -158,7 +159,7 @@ RenderComparison compareRenders(const Checkpoint& checkpoint, const std::string&
     FileRenderer fast(file, CpuPath::Fast, options.tier, ReferencePrecision::Float, options.threads);
     result.tier = fast.tier();
     const std::vector<Camera> cameras = camerasToCompare(fast.scene(), options, report);
-    // looked for before minutes of rendering
+    // before the slow rendering, because this may throw
     const std::vector<TrainerPicture> pictures =
         picturesIn(options.golden.empty() ? findTrainerPictures(checkpoint) : options.golden, fast.scene());
     if (!cameras.empty()) {
@@ -170,7 +171,8 @@ RenderComparison compareRenders(const Checkpoint& checkpoint, const std::string&
         for (Camera camera : cameras) {
             throwIfInterrupted();
             report.progress("reference pictures", result.reference.views.size(), cameras.size());
-            camera.appearance = appearanceFor(fast.scene(), camera); // a row that the file has: the fresh one has all
+            // a row that both files have: the new one has all rows
+            camera.appearance = appearanceFor(fast.scene(), camera);
             const Image expected = reference.render(camera);
             result.reference.add(scorePicture(camera.name, expected, fast.render(camera), lpips.get()));
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `gsc compare --render`: pictures of a file against pictures of the checkpoint it was made from.
+// `gsc compare --render`: compares pictures of a file with pictures of the checkpoint that it was made from.
 #pragma once
 
 #include "convert/compare/picture_set.h"
@@ -15,28 +15,33 @@ namespace gsc {
 enum class ReferencePrecision { Float, Double };
 
 struct RenderOptions {
-    std::string golden;  // folder of the trainer's pictures and their cameras.json; empty = look in the model folder
-    std::string cameras; // camera file; empty = the cameras stored in the .gsc
-    bool ignore_distortion = false; // draw `cameras` as if they had no lens distortion; else such are refused
-    CamerasTransform cameras_transform = CamerasTransform::Told; // how applied_transform in `cameras` is taken
-    uint64_t views = 3;                                          // stored cameras to draw, evenly spaced; 0 = all
-    double min_psnr = 75;                                        // least PSNR of every view, dB
+    // folder with the trainer's pictures and their cameras.json; empty = searched in the model folder
+    std::string golden;
+    std::string cameras; // path of a camera file; empty = the cameras stored in the .gsc
+    // draw `cameras` as if they had no lens distortion; false: refuse those that have
+    bool ignore_distortion = false;
+    // how to use the applied_transform that the file `cameras` states
+    CamerasTransform cameras_transform = CamerasTransform::Told;
+    uint64_t views = 3;   // number of stored cameras to draw, evenly spaced; 0 = all
+    double min_psnr = 75; // dB that every view must reach
     Tier tier = Tier::Exact;
-    ReferencePrecision reference = ReferencePrecision::Float; // Float: the trainer's rounding; Double: no rounding
+    // Float: with the rounding of the trainers' arithmetic; Double: nearly without rounding
+    ReferencePrecision reference = ReferencePrecision::Float;
     LpipsFiles lpips;
     int threads = 0;
 };
 
 struct RenderComparison {
-    Tier tier = Tier::Exact;   // tier that rendered the file
-    PictureSet reference;      // the file through the fast backend, against the scalar reference over a fresh file
-    PictureSet trainer;        // scores against the trainer's own pictures; empty if there are none
-    std::string lpips_missing; // why a view has no LPIPS; empty = every view has it
+    Tier tier = Tier::Exact; // tier that the pictures of the file were drawn in
+    // pictures of the file by the fast CPU path, compared with those of a newly converted file by the scalar reference
+    PictureSet reference;
+    PictureSet trainer; // pictures of the file, compared with the trainer's own; empty if there are none of those
+    std::string lpips_missing; // why a view has no LPIPS score; empty = every view has one
 
     [[nodiscard]] bool passes(double min_psnr) const;
 };
 
-// Throws Error; leaves no temporary file.
+// Draws and compares the pictures. Throws Error; leaves no temporary file.
 RenderComparison compareRenders(const Checkpoint& checkpoint, const std::string& file, const RenderOptions& options,
                                 Reporter& report);
 

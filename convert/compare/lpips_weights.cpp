@@ -21,13 +21,14 @@ std::string shapeText(const std::vector<uint64_t>& shape)
     return text.empty() ? "a single number" : text;
 }
 
-// The tensors of one file, taken by name. Messages end with a description of the expected file.
+// Gives the tensors of a file by name. Its error messages end with `advice`, a description of the expected file.
 class LpipsFile {
 public:
     LpipsFile(const std::string& path, const char* prefix, std::string advice)
         : m_path(path), m_advice(std::move(advice))
     {
-        const MappedFile file(path); // mapped: all of VGG16 is 528 MB, and only 59 MB are read
+        // mapped and not read, because VGG16 has 528 MB, of which 59 MB are needed
+        const MappedFile file(path);
         refuseStandIn(file.bytes(), file.bytes().size(), path);
         m_archive =
             readTorchArchive(file.bytes(), path, [=](const std::string& name) { return name.starts_with(prefix); });

@@ -91,7 +91,7 @@ std::optional<double> PictureSet::lpips() const
 
 bool PictureSet::passes(double min_psnr) const
 {
-    // written so that a NaN fails
+    // the comparison is written so that NaN fails
     return std::ranges::all_of(views, [&](const ScoredPicture& view) { return view.difference.psnr >= min_psnr; });
 }
 
@@ -118,7 +118,7 @@ OrderedJson pictureSetJson(const PictureSet& pictures)
     if (pictures.views.empty())
         return nullptr;
     const PooledDifference& pool = pictures.pool;
-    return {{"psnr", jsonNumber(pool.psnr())}, // null = no difference at all
+    return {{"psnr", jsonNumber(pool.psnr())}, // null if the pictures are equal
             {"worst_psnr", jsonNumber(pool.worst_psnr)}, {"worst_view", pictures.views[size_t(pool.worst_frame)].name},
             {"max_error", jsonNumber(pool.max_error)},   {"mse", jsonNumber(pictures.mse())},
             {"ssim", jsonNumber(pictures.ssim())},       {"flip", jsonNumber(pictures.flip())},

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr uint32_t kMaxSide = 1u << 16;
-constexpr uint64_t kMaxCameras = uint64_t(1) << 30; // bytes
+constexpr uint64_t kMaxCameras = uint64_t(1) << 30; // bytes of a cameras.json
 
 Camera goldenCamera(const nlohmann::json& entry)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pictures a trainer rendered itself, with the cameras they were rendered from.
+// Finds pictures that a trainer rendered itself, and the cameras that it rendered from.
 #pragma once
 
 #include "convert/input/checkpoint.h"
@@ -12,18 +12,19 @@ namespace gsc {
 
 struct TrainerPicture {
     std::string path; // path of the PNG
-    Camera camera;    // takes the size of the picture once that is read
+    // the caller sets its width and height to those of the picture
+    Camera camera;
 };
 
-// Pictures of a folder with NAME.png and a cameras.json that lists exact cameras (R_camera_to_world, T_world_to_camera,
-// FoVx, FoVy, width, height, uid). Throws Error (Io, InvalidFile).
+// Pictures NAME.png of a folder whose cameras.json lists exact cameras (R_camera_to_world, T_world_to_camera, FoVx,
+// FoVy, width, height, uid). Throws Error (Io, InvalidFile).
 std::vector<TrainerPicture> picturesOfGolden(const std::string& folder);
 
-// Pictures of the folder test/ours_<iteration>/renders that the trainers' render.py leaves: NNNNN.png is the NNNNN-th
-// test camera. Empty if there is none.
+// Pictures of a folder test/ours_<iteration>/renders that a trainer's render.py wrote: NNNNN.png shows test camera
+// number NNNNN of `cameras`. Empty if the folder has none.
 std::vector<TrainerPicture> picturesOfTest(const std::string& folder, const std::vector<SourceCamera>& cameras);
 
-// <model>/golden, else <model>/test/ours_<iteration>/renders; empty if there is neither.
+// Path of <model>/golden if that exists, else of <model>/test/ours_<iteration>/renders; empty if neither exists.
 std::string findTrainerPictures(const Checkpoint& checkpoint);
 
 } // namespace gsc

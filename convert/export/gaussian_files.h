@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of explicit Gaussians.
+// Writes and reads files of explicit Gaussians. The axes of a GaussianSet point right, down and forward.
 //
-//   ply   what 3DGS' own code writes, little-endian floats; axes as they are
-//   spz   versions 3 (gzip) and 4 (Zstandard) of Niantic's format (github.com/nianticlabs/spz), the same values in both;
-//         right, up, back: y and z change their signs
-//   glb   glTF 2.0 with KHR_gaussian_splatting as its release candidate of February 2026 has it (sizes and opacities as
-//         they are, drafts before took logarithms of sizes); y is up there, so its node turns the Gaussians about z by
-//         180 degrees
-//   sog   version 2 of PlayCanvas' format (developer.playcanvas.com, "The SOG format"), a zip of lossless WebP images;
-//         axes as they are, Gaussians in Morton order
+//   ply   little-endian floats, as 3DGS' own code writes them; axes as in the set
+//   spz   versions 3 (gzip) and 4 (Zstandard) of Niantic's format (github.com/nianticlabs/spz), with equal values;
+//         axes point right, up and back, so y and z change their signs
+//   glb   glTF 2.0 with KHR_gaussian_splatting as in its release candidate of February 2026 (sizes and opacities are
+//         stored as they are; earlier drafts had logarithms of sizes); axes as in the set, and because y points up
+//         in glTF, the node turns the Gaussians by 180 degrees about z
+//   sog   version 2 of PlayCanvas' format (developer.playcanvas.com, "The SOG format"): a zip of lossless WebP images;
+//         axes as in the set, Gaussians in Morton order
 #pragma once
 
 #include "convert/export/gaussian_set.h"
@@ -23,31 +23,32 @@ namespace gsc {
 
 enum class GaussianFileFormat { Ply, Spz, Glb, Sog };
 
-// Takes pieces of a file in their order. May throw.
+// Takes the pieces of a file in their order. May throw.
 using PieceSink = std::function<void(std::span<const std::byte>)>;
 
-// Precondition of all: there is a Gaussian.
+// Precondition of all writing functions: there is at least one Gaussian.
 void writeGaussianPly(const GaussianSet& set, const PieceSink& write);
-// Parts of that PLY: the header, whose length does not depend on the number of Gaussians, and the rows.
+// The two parts of such a PLY: the header, whose length does not depend on `count`, and the rows.
 std::string gaussianPlyHeader(int degree, uint64_t count);
 void writeGaussianPlyRows(const GaussianSet& set, const PieceSink& write);
-// Throws Error(Unsupported) if the Gaussians take more than 4 GiB.
+// Writes a glb file. Throws Error(Unsupported) if the Gaussians take more than 4 GiB.
 void writeGaussianGlb(const GaussianSet& set, const PieceSink& write);
-// `version`: 3 or 4. Throws Error(Unsupported) where a place lies further from the origin than 24 bits say, for 2^31
-// Gaussians, and for version 4 where this build has no Zstandard; requireSpz4() tells before any work.
+// `version`: 3 or 4. Throws Error(Unsupported) if a coordinate is too large for 24 bits, if there are 2^31 Gaussians,
+// and for version 4 if this build has no Zstandard; requireSpz4() throws that before any work is done.
 void writeGaussianSpz(const GaussianSet& set, const PieceSink& write, int version);
 void requireSpz4();
-// Niantic's own reader took no more Gaussians, and readers made after it still do not.
+// Most Gaussians that Niantic's first reader took; readers that follow it take no more.
 constexpr uint64_t kSpzReadersTake = 10'000'000;
-// Throws Error(Unsupported) where a side of an image or the file grows too large, and where this build has no libwebp;
-// requireSog() tells before any work. The bytes do not depend on the number of threads.
+// Throws Error(Unsupported) if an image gets too wide or the file too large, and if this build has no libwebp;
+// requireSog() throws that before any work is done. The bytes do not depend on the number of threads.
 void writeGaussianSog(const GaussianSet& set, const PieceSink& write, int threads);
 void requireSog();
 
-// Gaussians as a viewer reads them from an SPZ file of either version, without their scores. `name` is used in
-// messages. Throws Error(InvalidFile).
+// Reads the Gaussians, rounded as they are stored and without scores, from an SPZ file of version 3 or 4. `name` is
+// used in messages. Throws Error(InvalidFile).
 GaussianSet readGaussianSpz(std::span<const std::byte> file, const std::string& name);
-// Gaussians as a viewer reads them from a SOG file, without their scores. `name` and errors as above.
+// Reads the Gaussians, rounded as they are stored and without scores, from a SOG file. `name` is used in messages.
+// Throws Error(InvalidFile).
 GaussianSet readGaussianSog(std::span<const std::byte> file, const std::string& name);
 
 } // namespace gsc

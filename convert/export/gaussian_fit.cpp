@@ -19,25 +19,27 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kRangeBytes = 1u << 30;  // most memory for the sums of anchors that are fitted together
-constexpr size_t kPartGaussians = 1u << 16; // Gaussians in a part that the caller gets at once: 16 MiB at degree 3
-// Weight that pulls coefficients towards zero, so that those of which the cameras' directions say little stay small:
-// relative to a Gaussian's weight, times the degree's square.
+constexpr uint64_t kRangeBytes = 1u << 30; // most bytes for the sums of anchors that are fitted together
+// Gaussians that the caller gets at once; they take 16 MiB at degree 3
+constexpr size_t kPartGaussians = 1u << 16;
+// Pulls colour coefficients towards zero, so that those which the cameras' directions leave open stay small. It is a
+// share of the weight of the Gaussian and grows with the square of the degree.
 constexpr double kRidge = 1e-3;
-// Networks answer for any direction, so a view also counts anchors beside its picture, up to this many times its width
-// and height, with a small weight. That decides for anchors that no picture shows.
+// Each view also counts anchors beside its picture, up to this many times its width and height, with the weight
+// kBesideWeight: networks answer for any direction, and these answers serve anchors that no picture shows.
 constexpr float kBeside = 3;
 constexpr float kBesideWeight = 0.1f;
-constexpr double kThinnest = 1e-4; // axis, of the longest: sums of floats tell no thinner ones apart
+// least axis of a Gaussian as a share of its longest; sums of floats are too inexact for thinner ones
+constexpr double kThinnest = 1e-4;
 
-// The eye with a picture kBeside times as wide and as high, at the same centre.
+// The eye with a picture kBeside times as wide and as high, from the same place.
 EyeParams widened(EyeParams eye)
 {
     eye.width = uint32_t(kBeside * float(eye.width));
     eye.height = uint32_t(kBeside * float(eye.height));
     eye.tan_fov_x *= kBeside;
     eye.tan_fov_y *= kBeside;
-    for (size_t i = 0; i < 8; ++i) // the rows of x and y
+    for (size_t i = 0; i < 8; ++i) // rows 0 and 1 of the projection, for x and y
         eye.full_projection[i] /= kBeside;
     return eye;
 }
@@ -50,9 +52,12 @@ float weightOf(const EyeParams& eye, const Vec3<float>& p)
     return shown ? 1.0f : kBesideWeight;
 }
 
-// Sums of a Gaussian over the views that show it, as floats one after the other:
+// Layout of the floats that are kept for each Gaussian, all summed over the views that show it. The matrix of the
+// equations for its colours comes first.
 struct SumLayout {
-    size_t n, triangle; // unknowns of the system for colours; elements of its triangle
+    // coefficients of a colour channel; elements of the matrix, of which the lower triangle is kept
+    size_t n, triangle;
+    // indices of the other sums; number of all floats
     size_t rhs, weight, opacity, covariance, position, score, count;
 
     explicit SumLayout(int degree)
@@ -114,7 +119,7 @@ private:
         const EyeParams wide = m_options.as_seen ? view.eye : widened(view.eye);
         const size_t all =
             selectCpu({&m_model, &wide, 1, m_options.rules, 0, 0}, m_workers, m_select, m_visible, counts);
-        // in the order of the file
+        // the visible anchors are in the order of the file
         const auto before = [this](uint64_t anchor) {
             return [this, anchor](const VisibleAnchor& visible) { return anchorOf(visible) < anchor; };
         };
@@ -163,12 +168,12 @@ private:
         for (size_t i = 0; i < 4; ++i)
             finite += rotation[i] = block.rotation[i][g];
         finite += scale[0] + scale[1] + scale[2] + block.color[0][g] + block.color[1][g] + block.color[2][g];
-        if (!std::isfinite(finite) || !(distance > 0)) // no rasteriser draws it
+        if (!std::isfinite(finite) || !(distance > 0)) // the trainers' rasteriser draws nothing of such a Gaussian
             return;
         for (float& d : direction)
             d /= distance;
         const float opacity = block.opacity[g];
-        const float weight = seen * opacity / (distance * distance); // a near view shows it larger
+        const float weight = seen * opacity / (distance * distance); // a Gaussian covers more of a near picture
         float basis[kMostShValues];
         shBasis(m_options.degree, direction, basis);
         size_t at = 0;
@@ -181,7 +186,7 @@ private:
         sums[m_layout.weight] += weight;
         sums[m_layout.opacity] += seen * opacity;
         addCovariance(scale, rotation, weight, sums + m_layout.covariance);
-        std::copy_n(position, 3, sums + m_layout.position); // every view sees the same position
+        std::copy_n(position, 3, sums + m_layout.position); // equal in every view
         std::sort(scale, scale + 3);
         const float focal = eye.focal_x / distance;
         const float area = (scale[2] * focal + 0.55f) * (scale[1] * focal + 0.55f);
@@ -222,7 +227,7 @@ private:
             const auto degree = double(i < 4 ? 1 : i < 9 ? 2 : 3);
             matrix[i * (i + 1) / 2 + i] += kRidge * degree * degree * weight;
         }
-        if (!solveSymmetric(matrix, color, n, 3)) // a Gaussian of hardly any weight
+        if (!solveSymmetric(matrix, color, n, 3)) // the weight is too small to solve the equations
             return;
         double covariance[6], rotation[4], deviation[3], finite = sums[m_layout.score];
         for (size_t i = 0; i < 6; ++i)
@@ -230,7 +235,8 @@ private:
         for (const double value : color)
             finite += value;
         const float opacity = std::min(sums[m_layout.opacity] / seen, 1.0f);
-        if (!(opacity >= kOpacityFloor) || !std::isfinite(finite)) // such a Gaussian draws nothing
+        // too transparent, or not finite: nothing of it would be drawn
+        if (!(opacity >= kOpacityFloor) || !std::isfinite(finite))
             return;
         ellipsoidAxes(covariance, rotation, deviation);
         const double least = std::max({deviation[0], deviation[1], deviation[2], 1e-12}) * kThinnest;
@@ -240,7 +246,8 @@ private:
         }
         for (const double q : rotation)
             set.rotation.push_back(float(q));
-        set.opacity.push_back(opacity); // mean over all views of its anchor, 0 in a view that does not show it
+        // mean over the views of its anchor; views that do not show the Gaussian count as 0
+        set.opacity.push_back(opacity);
         for (size_t i = 0; i < 3 * shValues(m_options.degree); ++i)
             set.color.push_back(float(color[i]));
         set.score.push_back(sums[m_layout.score]);
@@ -255,8 +262,8 @@ private:
     SelectScratch m_select;
     Buffer<VisibleAnchor> m_visible;
     Buffer<float> m_bias;
-    std::vector<float> m_seen; // weights of the views, of the range's anchors
-    std::vector<float> m_sums; // sums of the Gaussians in the range
+    std::vector<float> m_seen; // per anchor of the range: sum of the weights of the views that show it
+    std::vector<float> m_sums; // SumLayout::count sums for each Gaussian of the range
 };
 
 } // namespace

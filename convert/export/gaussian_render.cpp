@@ -8,7 +8,7 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kBlock = 1024; // Gaussians that a worker projects together
+constexpr uint32_t kBlock = 1024; // Gaussians that a thread projects at once
 
 } // namespace
 

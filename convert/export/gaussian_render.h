@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws explicit Gaussians with the arithmetic of `exact`, to measure their loss.
+// Draws explicit Gaussians with the arithmetic of tier `exact`, to measure how they differ from the model.
 #pragma once
 
 #include "convert/export/gaussian_set.h"
@@ -9,10 +9,10 @@ namespace gsc {
 
 class GaussianRenderer {
 public:
-    // `origin`: ModelView::origin of the model whose eyes look. Both outlive this.
+    // `origin`: ModelView::origin of the model whose eyes are drawn from. `set` and `origin` must outlive this.
     GaussianRenderer(const GaussianSet& set, const double (&origin)[3], int threads);
 
-    // `image`: height x width x 3 floats.
+    // Draws a picture. `image`: height x width x 3 floats, row by row from the top.
     void draw(const EyeParams& eye, const RasterConstants& rules, const float* background, float* image);
 
 private:

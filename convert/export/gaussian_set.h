@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Explicit Gaussians as viewers of 3DGS take them: fixed values in place of an anchor's networks.
+// Explicit Gaussians as viewers of 3DGS take them: fixed values instead of an anchor and networks.
 #pragma once
 
 #include "convert/export/sh_basis.h"
@@ -11,29 +11,33 @@
 
 namespace gsc {
 
-// Structure of arrays, n Gaussians. World units, COLMAP axes (x right, y down, z forward of the cameras' first).
+// n Gaussians, one array for each kind of value. World units, with the axes of COLMAP (x right, y down, z forward as
+// seen from the first camera).
 struct GaussianSet {
     int degree = 0;               // degree of the colours' spherical harmonics, 0 to 3
-    std::vector<float> position;  // n x 3
-    std::vector<float> log_scale; // n x 3, natural logarithms of standard deviations
-    std::vector<float> rotation;  // n x 4, unit quaternions w x y z
-    std::vector<float> opacity;   // n, 0 to 1
-    std::vector<float> color;     // n x shValues(degree) x 3; what they add up to is counted from 0.5, as in 3DGS
-    std::vector<float> score;     // n, pixels of the cameras' pictures that each may cover; 0 if not asked for
-    std::vector<uint16_t>
-        level; // n, of its anchor, an index of the file's levels, 0 = coarsest; empty for one read back
+    std::vector<float> position;  // n x 3 values
+    std::vector<float> log_scale; // n x 3 values: natural logarithms of the standard deviations
+    std::vector<float> rotation;  // n x 4 values: unit quaternions w x y z
+    std::vector<float> opacity;   // n values, 0 to 1
+    // n x shValues(degree) x 3 values; 0.5 is added to the sum of the harmonics, as in 3DGS
+    std::vector<float> color;
+    // n values: how many pixels of the cameras' pictures the Gaussian may cover, weighted by opacity; 0 = not measured
+    std::vector<float> score;
+    // n values: index in the file of the level of the anchor, 0 = coarsest; empty if read back from an export
+    std::vector<uint16_t> level;
 
     [[nodiscard]] size_t size() const { return opacity.size(); }
-    [[nodiscard]] size_t colorValues() const { return 3 * shValues(degree); } // floats of colour per Gaussian
+    // number of colour values of one Gaussian
+    [[nodiscard]] size_t colorValues() const { return 3 * shValues(degree); }
 };
 
-// Some of a set, in the order of `which`; their scores and levels stay behind.
+// Copies the Gaussians with these numbers, in this order; scores and levels are not copied.
 GaussianSet pick(const GaussianSet& set, std::span<const uint32_t> which);
 
-// Appends `part`, of the same degree.
+// Appends the Gaussians of `part`, whose degree must be equal.
 void append(GaussianSet& set, const GaussianSet& part);
 
-// Leaves the `most` of the highest score, in their order. Ties: the earlier stay.
+// Keeps the `most` Gaussians with the highest scores, in their order; of equal scores the earlier ones.
 void keepBest(GaussianSet& set, size_t most);
 
 } // namespace gsc

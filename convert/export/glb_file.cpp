@@ -17,10 +17,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr uint32_t kFloat = 5126, kArrayBuffer = 34962; // numbers defined by glTF
-constexpr size_t kPiece = 1u << 16;                     // floats
+constexpr uint32_t kFloat = 5126, kArrayBuffer = 34962; // codes of glTF for float values and for a vertex buffer
+constexpr size_t kPiece = 1u << 16;                     // floats that are written at once
 
-// A float array of the file: `each` values of a Gaussian.
+// An array of floats in the file, with `each` values for a Gaussian.
 struct Attribute {
     std::string name;
     size_t each;
@@ -32,7 +32,8 @@ std::vector<Attribute> attributesOf(const GaussianSet& set)
     const std::string prefix = "KHR_gaussian_splatting:";
     std::vector<Attribute> all = {
         {"POSITION", 3, [&set](size_t i, size_t c) { return set.position[3 * i + c]; }},
-        {prefix + "ROTATION", 4, [&set](size_t i, size_t c) { return set.rotation[4 * i + (c + 1) % 4]; }}, // x y z w
+        // in the order x y z w
+        {prefix + "ROTATION", 4, [&set](size_t i, size_t c) { return set.rotation[4 * i + (c + 1) % 4]; }},
         {prefix + "SCALE", 3, [&set](size_t i, size_t c) { return std::exp(set.log_scale[3 * i + c]); }},
         {prefix + "OPACITY", 1, [&set](size_t i, size_t) { return set.opacity[i]; }}};
     for (int degree = 0; degree <= set.degree; ++degree)
@@ -109,8 +110,9 @@ void writeGaussianGlb(const GaussianSet& set, const PieceSink& write)
                     formatString("%zu Gaussians of degree %d take %llu bytes", set.size(), set.degree,
                                  static_cast<unsigned long long>(all)),
                     "at most 4 GiB", "choose a lower --sh, --max-gaussians, or --to ply");
-    const uint32_t head[5] = {0x46546c67u, 2, uint32_t(all), uint32_t(json.size()), 0x4e4f534au}; // glTF, JSON
-    const uint32_t binary[2] = {uint32_t(bytes), 0x004e4942u};                                    // BIN
+    // codes of "glTF" and of the chunk "JSON"
+    const uint32_t head[5] = {0x46546c67u, 2, uint32_t(all), uint32_t(json.size()), 0x4e4f534au};
+    const uint32_t binary[2] = {uint32_t(bytes), 0x004e4942u}; // code of the chunk "BIN"
     write(std::as_bytes(std::span(head)));
     write(std::as_bytes(std::span(json)));
     write(std::as_bytes(std::span(binary)));

@@ -11,8 +11,8 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kRows = 4096; // rows written at once
-constexpr size_t kDigits = 20; // digits of the largest number
+constexpr size_t kRows = 4096; // rows that are written at once
+constexpr size_t kDigits = 20; // digits of the largest count of Gaussians, to which the header's count is padded
 
 float logit(float opacity)
 {
@@ -24,7 +24,7 @@ float logit(float opacity)
 
 std::string gaussianPlyHeader(int degree, uint64_t count)
 {
-    const size_t rest = shValues(degree) - 1; // coefficients of a channel above degree 0
+    const size_t rest = shValues(degree) - 1; // colour coefficients of a channel above degree 0
     const std::string number = std::to_string(count);
     std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex " + number + "\n";
     const auto property = [&header](const std::string& name) { header += "property float " + name + "\n"; };
@@ -46,7 +46,7 @@ void writeGaussianPlyRows(const GaussianSet& set, const PieceSink& write)
         for (size_t i = first; i < std::min(first + kRows, set.size()); ++i) {
             const float* color = set.color.data() + i * set.colorValues();
             rows.insert(rows.end(), set.position.data() + 3 * i, set.position.data() + 3 * i + 3);
-            rows.insert(rows.end(), 3, 0.0f); // normals, which no viewer reads
+            rows.insert(rows.end(), 3, 0.0f); // three zeros for the normals, which no viewer reads
             rows.insert(rows.end(), color, color + 3);
             for (size_t channel = 0; channel < 3; ++channel)
                 for (size_t k = 1; k <= rest; ++k)

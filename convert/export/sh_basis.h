@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real spherical harmonics to degree 3 as 3DGS files have them: with the Condon-Shortley phase, the coefficients of degree l
-// in the order of m = -l .. l.
+// Real spherical harmonics up to degree 3, as files of 3DGS have them: with the Condon-Shortley phase; the coefficients
+// of degree l are in the order m = -l .. l.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ constexpr size_t shValues(int degree)
     return size_t(degree + 1) * size_t(degree + 1);
 }
 
-// The values of the functions to `degree` in a direction, a unit vector; shValues(degree) of `out` are written.
+// Values of the harmonics up to `degree` in `direction`, a unit vector. Writes shValues(degree) floats to `out`.
 inline void shBasis(int degree, const float* direction, float* out)
 {
     const float x = direction[0], y = direction[1], z = direction[2];
@@ -48,7 +48,7 @@ inline void shBasis(int degree, const float* direction, float* out)
     out[15] = -k3 * x * (xx - 3 * yy);
 }
 
-// Signs of the coefficients where the axes y and z change theirs.
+// Factors of the coefficients if the axes y and z change their signs.
 constexpr std::array<float, kMostShValues> kShFlipYz = {1, -1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1};
 
 } // namespace gsc

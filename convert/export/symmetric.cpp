@@ -44,8 +44,8 @@ void ellipsoidAxes(const double covariance[6], double rotation[4], double deviat
     double a[3][3] = {{covariance[0], covariance[1], covariance[2]},
                       {covariance[1], covariance[3], covariance[4]},
                       {covariance[2], covariance[4], covariance[5]}};
-    glm::dmat3 axes(1);         // columns
-    constexpr int kSweeps = 12; // six do for any 3 x 3 matrix
+    glm::dmat3 axes(1);         // the axes found so far, one per column
+    constexpr int kSweeps = 12; // six sweeps are enough for any 3 x 3 matrix
     for (int sweep = 0; sweep < kSweeps; ++sweep)
         for (size_t p = 0; p < 2; ++p)
             for (size_t q = p + 1; q < 3; ++q) {
@@ -54,12 +54,12 @@ void ellipsoidAxes(const double covariance[6], double rotation[4], double deviat
                 const double slope = (a[q][q] - a[p][p]) / (2 * a[p][q]);
                 const double t = (slope < 0 ? -1 : 1) / (std::abs(slope) + std::sqrt(slope * slope + 1));
                 const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-                for (auto& r : a) { // columns p and q
+                for (auto& r : a) { // rotates columns p and q
                     const double x = r[p], y = r[q];
                     r[p] = c * x - s * y;
                     r[q] = s * x + c * y;
                 }
-                for (size_t i = 0; i < 3; ++i) { // rows
+                for (size_t i = 0; i < 3; ++i) { // rotates rows p and q
                     const double x = a[p][i], y = a[q][i];
                     a[p][i] = c * x - s * y;
                     a[q][i] = s * x + c * y;
@@ -70,7 +70,7 @@ void ellipsoidAxes(const double covariance[6], double rotation[4], double deviat
             }
     for (size_t i = 0; i < 3; ++i)
         deviation[i] = std::sqrt(std::max(a[i][i], 0.0));
-    const glm::dquat turned = glm::normalize(glm::quat_cast(axes)); // a product of rotations: no mirror
+    const glm::dquat turned = glm::normalize(glm::quat_cast(axes)); // a product of rotations, so never a mirror image
     rotation[0] = turned.w;
     rotation[1] = turned.x;
     rotation[2] = turned.y;

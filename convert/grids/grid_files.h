@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stored grids as files of other tools.
+// Writes the stored NanoVDB grids as files of other tools.
 #pragma once
 
 #include <gsc/gsc_reader.h>
@@ -13,21 +13,21 @@
 namespace gsc {
 
 enum class GridFileFormat {
-    NanoVdb, // .nvdb as nanovdb::io writes it, not compressed: the stored bytes behind a header
-    OpenVdb, // .vdb
+    NanoVdb, // .nvdb as nanovdb::io writes it, uncompressed: the stored bytes behind a header
+    OpenVdb, // OpenVDB's own format, .vdb
 };
 
 struct ExportedGrid {
     int32_t level;
-    std::string name; // "level_2"
+    std::string name; // such as "level_2"
     uint64_t leaves, voxels;
-    double voxel_size; // world units
+    double voxel_size; // edge of a voxel in world units
 };
 
-// Hands the file to `write` piece by piece: one mask grid per level, in the order of view.levels, in the world space of
-// the model. Equal files give equal bytes. Precondition: `view` came from openGsc() without errors. A grid that cannot
-// be walked is reported to `sink`; then nothing is written and the list is empty. Throws Error(Unsupported) where OpenVDB is
-// missing.
+// Passes the bytes of a file to `write` piece by piece: one mask grid per level, in the order of view.levels, in the
+// world space of the model. Equal input gives equal bytes. Precondition: `view` came from openGsc() without errors. A
+// grid whose nodes are damaged is reported to `sink`; then nothing is written, and an empty list is returned. Throws
+// Error(Unsupported) if this build has no OpenVDB.
 std::vector<ExportedGrid> writeGridFile(const GscView& view, GridFileFormat format, const IssueSink& sink,
                                         const std::function<void(std::string_view)>& write);
 

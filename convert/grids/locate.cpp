@@ -18,7 +18,7 @@ namespace {
 
 using Point = glm::dvec3;
 
-// Squared distance to the box of a record's anchors; 0 inside.
+// Squared distance from the point to the box round the anchors of a chunk or a group; 0 inside.
 template <typename Record>
 double squaredGap(const Record& record, const Point& point)
 {
@@ -32,7 +32,8 @@ uint32_t groupOf(const ChunkRecord& chunk, uint32_t local)
     return chunk.group_first + local / kGroupSize;
 }
 
-// Chunks from near to far, of those the groups that may hold a nearer one.
+// Nearest anchor of a level. Chunks are searched from near to far, and in them only groups that may hold a nearer
+// anchor.
 std::optional<NearestAnchor> nearestAnchor(const GscView& view, const LevelRecord& level, const Point& point)
 {
     std::vector<std::pair<double, uint32_t>> chunks;
@@ -40,7 +41,7 @@ std::optional<NearestAnchor> nearestAnchor(const GscView& view, const LevelRecor
         chunks.emplace_back(squaredGap(view.chunks[c], point), uint32_t(c));
     std::sort(chunks.begin(), chunks.end());
     std::optional<NearestAnchor> nearest;
-    double best = INFINITY; // squared
+    double best = INFINITY; // squared distance in world units
     for (const auto& [gap, c] : chunks) {
         if (gap > best)
             break;
@@ -66,7 +67,8 @@ std::optional<NearestAnchor> nearestAnchor(const GscView& view, const LevelRecor
     return nearest;
 }
 
-// The leaf of the level that the grid's leaf node number `ordinal` stands for.
+// Index in view.leaves of the leaf that leaf node number `ordinal` of the grid stands for; none if there is no such
+// leaf.
 std::optional<uint32_t> leafOf(const GscView& view, const LevelRecord& level, uint32_t ordinal)
 {
     const auto leaves = view.leaves.subspan(level.leaf_first, level.leaf_count);
@@ -108,7 +110,7 @@ void lookUp(const GscView& view, const LevelRecord& level, const StoredGrid::Gri
     place.leaf = leafOf(view, level, uint32_t(node - grid.tree().getFirstNode<0>()));
     const ChunkRecord& chunk = view.chunks[*place.chunk];
     if (!place.leaf || *place.leaf - chunk.leaf_first >= chunk.leaf_count)
-        return place.leaf.reset(); // the grid is another model's; gsc validate says so
+        return place.leaf.reset(); // the grid does not belong to these records; gsc validate reports that
     const LeafRecord& leaf = view.leaves[*place.leaf];
     const uint32_t first = leaf.anchor_first - chunk.anchor_first;
     place.group_first = groupOf(chunk, first);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Content of a file at a point of the world, level by level: down the tree that every file carries.
+// Finds what a file holds at a point of the world, level by level, with the NanoVDB grids in the file.
 #pragma once
 
 #include <gsc/gsc_reader.h>
@@ -11,25 +11,28 @@
 namespace gsc {
 
 struct NearestAnchor {
-    uint32_t anchor, source; // index in the file; row in the checkpoint
+    uint32_t anchor, source; // number of the anchor in the file; number of its row in the checkpoint
     uint32_t chunk, group;
-    std::array<float, 3> position; // world units, as trained
-    double distance;               // from the point, world units
+    std::array<float, 3> position; // world units, bit for bit as trained
+    double distance;               // distance from the point in world units
 };
 
 struct PlaceInLevel {
     uint32_t level_index;
-    // voxel of the level's grid; none outside the range that a grid can number
+    // Voxel of the level's grid at the point; none beyond the voxel numbers that a grid can have.
     std::optional<std::array<int32_t, 3>> voxel;
-    std::optional<uint32_t> chunk, leaf;       // CHNK and LEAF records, where the tree has nodes there
-    uint32_t group_first = 0, group_count = 0; // groups of the leaf's anchors
-    bool occupied = false;                     // the grid has the voxel
+    // numbers of the CHNK and the LEAF record at the point; none if the grid has no such node
+    std::optional<uint32_t> chunk, leaf;
+    uint32_t group_first = 0, group_count = 0; // groups with anchors of that leaf
+    bool occupied = false;                     // the grid has this voxel: an anchor lies in its cell
     uint32_t anchors_in_voxel = 0;
-    std::optional<NearestAnchor> nearest; // nearest anchor of the whole level; none if no position is a number
+    // nearest anchor of the whole level; none if no position of the level is a number
+    std::optional<NearestAnchor> nearest;
 };
 
-// In the order of view.levels. `point` is finite, in world units as the trainers have them. Precondition: `view` came from
-// openGsc() without errors. A grid that cannot be walked is reported to `sink` and ends the list.
+// Finds what each level holds at `point`, in the order of view.levels. `point`: finite, in the model's world units.
+// Precondition: `view` came from openGsc() without errors. A grid whose nodes are damaged is reported to `sink` and
+// ends the list.
 std::vector<PlaceInLevel> locate(const GscView& view, const std::array<double, 3>& point, const IssueSink& sink);
 
 } // namespace gsc

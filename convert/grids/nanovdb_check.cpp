@@ -74,7 +74,7 @@ bool checkNanoVdb(const GscView& view, const IssueSink& sink)
         if (stored.grid() == nullptr)
             continue;
         const Grid& grid = *stored.grid();
-        // note: a grid without a checksum would pass NanoVDB's own comparison
+        // note: tested first, because NanoVDB's own comparison accepts a grid without a checksum
         if (!nanovdb::GridChecksum(grid.checksum()).isFull() ||
             !nanovdb::validateChecksum(grid, nanovdb::ChecksumMode::Full))
             stored.report(issue::GridChecksum,

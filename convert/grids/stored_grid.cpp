@@ -29,7 +29,7 @@ StoredGrid::StoredGrid(const GscView& view, uint32_t level_index, const IssueSin
     const std::span<const std::byte> bytes = view.nanovdb.subspan(m_level.nanovdb_offset, m_level.nanovdb_bytes);
     m_bytes = bytes.size();
     m_data = bytes.data();
-    // NanoVDB's structs want 32; a mapping has it, a file in a plain buffer may not
+    // NanoVDB's structs need 32-byte alignment; a mapped file has it, a file in a plain buffer may not
     if (reinterpret_cast<uintptr_t>(m_data) % NANOVDB_DATA_ALIGNMENT != 0) {
         m_copy.resize(m_bytes / sizeof(Block) + 1);
         std::memcpy(m_copy.data(), m_data, m_bytes);
@@ -47,7 +47,7 @@ void StoredGrid::report(uint16_t id, const std::string& detail) const
     m_sink({&issueInfo(id), offset, formatString("/levels/%u/nanovdb", m_level_index), detail});
 }
 
-// Grid, tree and root, and the sizes of everything after them: the converter packs nodes without gaps.
+// Checks grid, tree and root, and that the nodes behind them fill the rest: the converter leaves no gaps between nodes.
 bool StoredGrid::checkHead()
 {
     if (m_bytes < Grid::memUsage() + sizeof(TreeHead) + sizeof(Root::DataType)) {
@@ -56,7 +56,8 @@ bool StoredGrid::checkHead()
     }
     const auto& grid = *reinterpret_cast<const nanovdb::GridData*>(m_data);
     constexpr uint32_t kBreadthFirst = uint32_t(nanovdb::GridFlags::IsBreadthFirst),
-                       kLongName = uint32_t(nanovdb::GridFlags::HasLongGridName); // a long name lies outside the header
+                       // a long name would lie outside the header, unchecked
+        kLongName = uint32_t(nanovdb::GridFlags::HasLongGridName);
     if (grid.mMagic != NANOVDB_MAGIC_NUMBER || grid.mVersion.getMajor() != NANOVDB_MAJOR_VERSION_NUMBER ||
         grid.mGridType != nanovdb::GridType::Mask || !(grid.mFlags & kBreadthFirst) || (grid.mFlags & kLongName) != 0 ||
         std::memchr(grid.mGridName, 0, sizeof(grid.mGridName)) == nullptr || grid.mBlindMetadataCount != 0 ||
@@ -88,7 +89,8 @@ bool StoredGrid::checkHead()
     return good;
 }
 
-// Children are numbered through in the order their parents name them; nothing but leaves is active.
+// Returns true if each child of these nodes is the next node of its kind in the file, and no value of an inner node is
+// active.
 template <typename Node>
 bool StoredGrid::checkChildren(uint64_t first, uint32_t count, uint64_t child_first, uint64_t child_bytes,
                                uint32_t child_count) const
@@ -125,7 +127,7 @@ bool StoredGrid::checkNodes() const
 
 double quantaAt(const LevelRecord& level, PositionEncoding encoding, double coordinate)
 {
-    // a voxel of one quantum has it in its middle where positions are integers
+    // where positions are integers, a position lies in the middle of a voxel of one quantum: round to the nearest
     const double quanta = (coordinate - double(level.origin)) / double(level.quantum);
     return std::floor(encoding == PositionEncoding::Grid ? quanta + 0.5 : quanta);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A level's NanoVDB grid as it lies in the file, once it is known to be safe to walk.
+// The NanoVDB grid of a level as it lies in the file, checked so that it is safe to read.
 #pragma once
 
 #include "convert/survey/chunk_values.h"
@@ -18,8 +18,8 @@ public:
     using Grid = nanovdb::NanoGrid<nanovdb::ValueMask>;
     using Leaf = nanovdb::NanoLeaf<nanovdb::ValueMask>;
 
-    // Precondition: `view` came from openGsc() without errors; it must outlive this. Nothing in the grid is dereferenced
-    // before it is known to stay inside the grid; a grid that does not is reported to `sink`.
+    // Checks the grid: no pointer in it is followed before it is known to stay inside the grid, and a fault is reported
+    // to `sink`. Precondition: `view` came from openGsc() without errors; it must outlive this.
     StoredGrid(const GscView& view, uint32_t level_index, const IssueSink& sink);
 
     [[nodiscard]] const Grid* grid() const { return m_good ? reinterpret_cast<const Grid*>(m_data) : nullptr; }
@@ -42,15 +42,16 @@ private:
     const std::byte* m_data = nullptr;
     uint64_t m_bytes = 0;
     std::vector<Block> m_copy;
-    uint64_t m_root = 0, m_upper = 0, m_lower = 0, m_leaf = 0; // offsets of the first node of each kind
+    // byte offsets of the first node of each kind in the grid
+    uint64_t m_root = 0, m_upper = 0, m_lower = 0, m_leaf = 0;
     bool m_good = false;
 };
 
-// A coordinate of a point in quanta of the level, rounded as the grid rounds: a point between two float voxels is in
-// the upper.
+// A coordinate in whole quanta of the level, rounded as its grid rounds. Between two voxels of float positions it
+// belongs to the upper one.
 double quantaAt(const LevelRecord& level, PositionEncoding encoding, double coordinate);
 
-// The cell of an anchor in the grid of its level.
+// The cell of an anchor in the grid of its level. `local`: number of the anchor in its chunk.
 std::array<int32_t, 3> cellOf(const ChunkValues& anchors, const LevelRecord& level, uint32_t local);
 
 } // namespace gsc

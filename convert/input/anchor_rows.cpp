@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From rows of a PLY to the arrays of an AnchorBatch.
+// Decodes rows of a PLY, one per anchor, into the arrays of an AnchorBatch.
 #include "format/numbers/count_text.h"
 #include "convert/input/ply_reader.h"
 
@@ -12,7 +12,8 @@ namespace gsc {
 
 namespace {
 
-// logit(0.1): the trainers store it in every anchor, and models without the column never had another value.
+// logit(0.1), the opacity before the sigmoid: the trainers store this value in every anchor, and a model without an
+// opacity column was trained with it.
 constexpr float kDefaultOpacity = -2.1972246f;
 
 [[noreturn]] void throwMissing(const std::string& name, const std::string& text)
@@ -26,13 +27,14 @@ uint32_t floatColumn(const PlyHeader& header, const std::string& column, const s
     const PlyColumn* found = header.find(column);
     if (!found)
         throwMissing(name, "column '" + column + "' is missing");
-    if (!found->is_float) // integers: other programs write them, and the trainers' loaders read them
+    // other programs write integer columns, and the trainers' loaders read them; this reader does not
+    if (!found->is_float)
         throw Error(ErrorCode::Unsupported, name, "column '" + column + "' is not float32",
                     "it as the trainers write it", "pass the point_cloud.ply that the trainer wrote");
     return found->offset;
 }
 
-// Columns <prefix><n> by their number, whatever their order in the file.
+// Byte offsets in a row of the columns <prefix>0, <prefix>1 and so on, by number, whatever their order in the file.
 std::vector<uint32_t> numberedColumns(const PlyHeader& header, const std::string& prefix, const std::string& name)
 {
     size_t count = 0;
@@ -65,11 +67,11 @@ std::vector<uint32_t> optionalColumns(const PlyHeader& header, std::initializer_
 float load(const std::byte* row, uint32_t offset)
 {
     float value;
-    std::memcpy(&value, row + offset, sizeof(value)); // rows have no alignment
+    std::memcpy(&value, row + offset, sizeof(value)); // memcpy, because rows have no alignment
     return value;
 }
 
-// True if the columns lie side by side, as they do in every file the trainers write.
+// Returns true if the float columns at these offsets lie side by side, as in every file that the trainers write.
 bool contiguous(const std::vector<uint32_t>& offsets)
 {
     for (size_t i = 1; i < offsets.size(); ++i)
@@ -104,7 +106,8 @@ void copyLevels(const Rows& rows, const std::vector<uint32_t>& offsets, uint64_t
     const std::byte* row = rows.first;
     for (size_t i = 0; i < rows.count; ++i, row += rows.bytes) {
         const float value = load(row, offsets[0]);
-        // written so that NaN is refused; the conversion truncates as upstream's loader does
+        // the comparison is written so that NaN is refused; the conversion to an integer truncates as the trainers'
+        // loader does
         if (!(value > -1.0f && value < float(kMaxAnchorLevel + 1)))
             throw Error(ErrorCode::InvalidFile, name,
                         formatString("level of vertex %llu is %g", static_cast<unsigned long long>(first_row + i),
@@ -114,7 +117,8 @@ void copyLevels(const Rows& rows, const std::vector<uint32_t>& offsets, uint64_t
     }
 }
 
-// The floats of an anchor: their place in a batch, and their value if the file lacks the columns.
+// One field of an anchor: the columns that hold it in the file, its array in a batch, and its value if the file lacks
+// the columns.
 struct Field {
     bool is_placement;
     std::vector<float> AnchorBatch::*values;
@@ -160,7 +164,8 @@ AnchorColumns findAnchorColumns(const PlyHeader& header, const std::string& name
         throwMissing(name, "column 'info' is there, but column 'level' is missing");
     if (offsets.empty() || offsets.size() % 3 != 0)
         throwMissing(name, formatCount(offsets.size(), "column") + " f_offset_<n>, a multiple of 3 is needed");
-    // Trap 6: the file is axis-major (axis * K + k), everything after it k-major (3 k + axis).
+    // Offsets lie in the file with the axis outermost (column axis * K + k), everywhere else with the Gaussian
+    // outermost (3 k + axis).
     const size_t k_count = offsets.size() / 3;
     for (size_t i = 0; i < offsets.size(); ++i)
         columns.offset.push_back(offsets[i % 3 * k_count + i / 3]);

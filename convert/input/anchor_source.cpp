@@ -10,9 +10,11 @@ namespace gsc {
 
 namespace {
 
-// Read in blocks this long: long enough for any disk, short enough to stay in the last-level cache until decoded.
+// Bytes of the PLY that are read at once: enough for any disk to be fast, few enough to stay in the last-level cache
+// until they are decoded.
 constexpr size_t kBlockBytes = 8u << 20;
-// Decoded in pieces that stay in the first-level caches, because each field is a pass over the rows.
+// Bytes of a block that are decoded at once: they stay in the first-level caches, because each field is a pass over the
+// rows.
 constexpr size_t kPieceBytes = 128u << 10;
 
 class PlyAnchorSource final : public AnchorSource {
@@ -55,7 +57,7 @@ public:
     }
 
 private:
-    // Reads the block that starts at row m_next and asks the kernel for the one after it.
+    // Reads the block of rows that starts at row m_next and asks the kernel to read the next block ahead.
     void fill()
     {
         const uint64_t total = m_file.header().row_count;
@@ -71,8 +73,8 @@ private:
     AnchorColumns m_columns;
     size_t m_block_rows = 0;
     std::vector<std::byte> m_block;
-    uint64_t m_block_first = 0; // row number of its first row
-    uint64_t m_next = 0;        // row number of the next to hand out
+    uint64_t m_block_first = 0; // row number of the first row in the block
+    uint64_t m_next = 0;        // number of the next row that next() returns
 };
 
 } // namespace

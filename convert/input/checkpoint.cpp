@@ -16,7 +16,8 @@ namespace {
 
 constexpr uint64_t kMaxConfig = 1u << 20, kMaxMetre = 1u << 12;
 
-// config.yaml belongs to Octree-AnyGS only and is then the better source: its cfg_args lacks the optimisation part.
+// Reads the trainer's settings. config.yaml exists in Octree-AnyGS models only and is preferred there, because their
+// cfg_args lacks the optimisation parameters.
 ConfigFile readConfig(const CheckpointFiles& files, bool any_gs, Checkpoint& checkpoint)
 {
     ConfigFile config;

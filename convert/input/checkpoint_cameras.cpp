@@ -21,8 +21,10 @@ namespace gsc {
 namespace {
 
 constexpr uint64_t kMaxCameraFile = 1ull << 30;
-constexpr double kRigid = 1e-3;       // off a determinant of 1: poses printed with few digits pass
-constexpr uint32_t kMostDrawn = 1600; // pixels of width; a player draws no larger picture of a stored camera by itself
+// largest difference of a rotation's determinant from 1, so that poses printed with few digits are accepted
+constexpr double kRigid = 1e-3;
+// width in pixels of the largest picture that a player draws of a stored camera if no size is asked for
+constexpr uint32_t kMostDrawn = 1600;
 
 SourceCamera fromCamera(const Camera& camera, int id)
 {
@@ -32,7 +34,8 @@ SourceCamera fromCamera(const Camera& camera, int id)
     result.width = camera.width;
     result.height = camera.height;
     std::copy_n(camera.rotation, 9, result.rotation);
-    // view = R^T world + t, so the centre is -R t; a difference, because it makes no zero negative
+    // a camera stores view = R^T world + t, so its centre is -R t; subtracted from zero, so that no coordinate becomes
+    // -0.0
     const glm::dvec3 centre = glm::dvec3(0) - glm::make_vec3(camera.translation) * glm::make_mat3(camera.rotation);
     std::copy_n(glm::value_ptr(centre), 3, result.position);
     result.fx = camera.width / (2.0 * std::tan(camera.fov_x / 2));
@@ -40,8 +43,8 @@ SourceCamera fromCamera(const Camera& camera, int id)
     return result;
 }
 
-// Warns, once per file, of camera properties that a .gsc cannot hold. `shifted` cameras look through another pixel than
-// the middle.
+// Warns once per file of camera properties that a .gsc cannot hold. `told`: warnings of the camera file's reader;
+// `shifted`: number of cameras whose principal point is not the middle of the picture.
 void warnOfLenses(const std::string& path, const std::vector<std::string>& told, size_t shifted, size_t cameras,
                   std::vector<std::string>& warnings)
 {
@@ -60,15 +63,16 @@ void warnOfLenses(const std::string& path, const std::vector<std::string>& told,
                                         formatCount(cameras, "camera").c_str()));
 }
 
-// A file without image sizes, or with matrices that also scale (MatrixCity), does not fit SourceCamera.
+// Returns true if a SourceCamera can hold this camera. It cannot without an image size, or if the matrix also scales
+// (MatrixCity).
 bool representable(const Camera& camera)
 {
     const double det = determinant(glm::make_mat3(camera.rotation));
     return camera.width != 0 && camera.height != 0 && std::abs(det - 1) < kRigid;
 }
 
-// Blender's and the city data sets' own camera files, in upstream's order: test first. They are a convenience: one
-// that cannot be used is reported and costs nothing else.
+// Reads cameras from transforms*.json, as Blender and the city data sets have them, test cameras first as the trainers
+// do. A file that cannot be used only causes a warning, because a conversion does not need cameras.
 std::vector<SourceCamera> readTransforms(const CheckpointFiles& files, uint32_t embedding_rows,
                                          std::vector<std::string>& warnings)
 {
@@ -112,7 +116,8 @@ bool idsArePositions(const std::vector<SourceCamera>& cameras)
     return true;
 }
 
-// How many cameras were held out if upstream's split of a COLMAP set explains the order of the list; 0 if not.
+// Number of test cameras at the head of the list, if its order is the one that the trainers' split of a COLMAP data set
+// makes; else 0. `lod`: as in assignSplit().
 size_t countHeldOut(const std::vector<SourceCamera>& cameras, int lod)
 {
     std::vector<std::string> names;
@@ -124,7 +129,8 @@ size_t countHeldOut(const std::vector<SourceCamera>& cameras, int lod)
         const bool is_test = lod <= 0 ? i % 8 == 0 : lod < 50 ? int(i) <= lod : int(i) > lod;
         (is_test ? test : train).push_back(names[i]);
     }
-    // note: as sets, because trainers that shuffle keep the halves apart but not their order
+    // note: sets are compared and not sequences, because trainers that shuffle do so within the test and within the
+    // training cameras
     const std::unordered_set<std::string> held_out(test.begin(), test.end());
     for (size_t i = 0; i < cameras.size(); ++i)
         if ((held_out.count(cameras[i].name) != 0) != (i < test.size()))
@@ -132,7 +138,8 @@ size_t countHeldOut(const std::vector<SourceCamera>& cameras, int lod)
     return test.size();
 }
 
-// Reads the settings' resolution. Other resolution_scales than 1 are refused before (checkpoint_settings.cpp).
+// Reads the option `resolution` of the trainer's settings. Values of `resolution_scales` other than 1 were refused
+// before (checkpoint_settings.cpp).
 double resolutionOf(const ConfigValue* config, const std::string& path, std::vector<std::string>& warnings)
 {
     if (config == nullptr)
@@ -143,8 +150,8 @@ double resolutionOf(const ConfigValue* config, const std::string& path, std::vec
     return checkedResolution(config->getNumber("resolution", kDefaultResolution, path), path, how);
 }
 
-// Stores the cameras at the size that the trainer drew them: angles stay, pixels become as many as its pictures have. The
-// default rule is a player's own, and leaves the size of the photographs.
+// Gives the cameras the image size at which the trainer drew them; their angles of view stay. With the trainer's
+// default resolution they keep the size of the photographs, and a player limits the size by itself.
 void resizeAsTrained(std::vector<SourceCamera>& cameras, double resolution, const std::string& path,
                      std::vector<std::string>& warnings)
 {
@@ -200,7 +207,8 @@ void assignSplit(std::vector<SourceCamera>& cameras, uint32_t embedding_rows, in
     }
     for (size_t i = 0; i < cameras.size(); ++i) {
         cameras[i].is_test = i < held_out;
-        // a test camera gets the row of the training camera with the same ordinal, as upstream does it (trap 24)
+        // a test camera has the embedding row of the training camera with the same position in its list, as in the
+        // trainers' code
         const size_t row = i < held_out ? i : i - held_out;
         cameras[i].appearance = row < embedding_rows ? int(row) : -1;
     }

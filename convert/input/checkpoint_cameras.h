@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cameras a model was trained and tested with.
+// Reads the cameras that a model was trained and tested with.
 #pragma once
 
 #include "convert/input/checkpoint_files.h"
@@ -11,15 +11,16 @@
 
 namespace gsc {
 
-// Reads cameras.json, or transforms*.json where there is none, and finds the embedding row of each camera, and whether
-// it was held out of training. Distortion and principal points are left out with a warning. `config` may be null.
-// Throws Error (Io, InvalidFile).
+// Reads cameras.json, or transforms*.json if there is none. Finds for each camera its row of the appearance embedding,
+// and whether it was left out of training. Lens distortion and principal points are left out with a warning. `config`:
+// the trainer's settings, may be null. Throws Error (Io, InvalidFile).
 std::vector<SourceCamera> readCameras(const CheckpointFiles& files, const ConfigValue* config,
                                       const std::string& config_path, uint32_t embedding_rows,
                                       std::vector<std::string>& warnings);
 
-// The rule by itself: test cameras come first, ids are positions in the list. `eval` is -1 where cfg_args does not
-// say; `lod` is Scaffold-GS's split rule for BungeeNeRF, 0 for every 8th image.
+// Marks the test cameras and sets the embedding row of each camera. Test cameras come first in the list, and ids must
+// be positions in it. `eval`: the trainer's option, -1 if no settings state it. `lod`: Scaffold-GS's option that splits
+// BungeeNeRF data sets; 0 = every eighth image is a test image.
 void assignSplit(std::vector<SourceCamera>& cameras, uint32_t embedding_rows, int eval, int lod,
                  std::vector<std::string>& warnings);
 

@@ -31,7 +31,7 @@ std::vector<std::string> listNames(const fs::path& folder)
     return names;
 }
 
-// The n of "iteration_<n>".
+// Returns the number n of a folder name "iteration_<n>", or nothing for any other name.
 std::optional<int> iterationOf(const std::string& name)
 {
     constexpr std::string_view prefix = "iteration_";
@@ -55,7 +55,7 @@ std::string join(const std::vector<std::string>& names, size_t most = 8)
     return text.empty() ? "nothing" : text;
 }
 
-// Files that show which other method wrote the folder.
+// Throws if a file name in `names` shows that a method we cannot read wrote the folder.
 void refuseOtherMethods(const fs::path& folder, const std::vector<std::string>& names)
 {
     for (const std::string& name : names) {
@@ -92,11 +92,13 @@ bool contains(const std::vector<std::string>& names, std::string_view name)
     return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// point_cloud/ -> the iteration folder in it, or itself where it holds the files directly.
+// Returns the iteration folder to read in point_cloud/, or point_cloud/ itself if the files lie in it directly.
+// `wanted`: number of the iteration, -1 = the highest.
 fs::path chooseIteration(const fs::path& point_cloud, const std::vector<std::string>& names, int wanted,
                          std::vector<std::string>& warnings)
 {
-    std::map<int, std::string> iterations; // "iteration_007" and "iteration_7" are both the number 7: the first of them
+    // by number; of "iteration_007" and "iteration_7" the first one is taken
+    std::map<int, std::string> iterations;
     std::vector<std::string> foreign;
     for (const std::string& name : names) {
         if (const auto number = iterationOf(name))
@@ -120,14 +122,15 @@ fs::path chooseIteration(const fs::path& point_cloud, const std::vector<std::str
     return point_cloud / chosen->second;
 }
 
-// Absolute, and with a name even where it was given with a slash at its end.
+// Absolute path of a folder, without a slash at its end, so that filename() is not empty.
 fs::path named(const fs::path& folder)
 {
     const fs::path path = fs::absolute(folder).lexically_normal();
     return path.has_filename() ? path : path.parent_path();
 }
 
-// The folders above `folder` that belong to the model: iteration_<n> in point_cloud in the model folder.
+// Folders in which the model's settings and cameras may lie: `folder`, those above it that belong to the model
+// (iteration_<n> lies in point_cloud, which lies in the model folder), --scene-dir.
 std::vector<std::string> sideFolders(const fs::path& folder, const std::string& scene_dir)
 {
     std::vector<std::string> folders = {folder.string()};
@@ -145,7 +148,7 @@ std::vector<std::string> sideFolders(const fs::path& folder, const std::string& 
     return folders;
 }
 
-// A file of --scene-dir that lies beside the model too is not read.
+// Warns of each file in --scene-dir that is not read because the model has one of the same name.
 void warnOfHiddenFiles(const std::string& scene_dir, CheckpointFiles& files)
 {
     for (const char* name : {"cfg_args", "config.yaml", "cameras.json", "metre.json", "transforms.json",
@@ -182,7 +185,7 @@ void findInFile(const fs::path& path, CheckpointFiles& files)
     if (path.extension() != ".ply") {
         std::error_code error;
         if (fs::is_regular_file(path, error))
-            // throws with the reason where the file is a stand-in, such as a Git LFS pointer
+            // opened only because this throws a better message if the file is a stand-in, such as a Git LFS pointer
             (void)InputFile(path.string());
         throw Error(ErrorCode::InvalidFile, path.string(), "is neither a folder nor a PLY", "a trained model",
                     "pass its folder or its point_cloud.ply");

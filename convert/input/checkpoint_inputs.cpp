@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values that each MLP takes. The widths of the weights decide, never cfg_args (trap 2), except where they cannot.
+// Finds which values each MLP takes as input. The widths of the weight matrices decide, and cfg_args only where they
+// leave it open, because the trainers' cfg_args can be wrong.
 #include "convert/input/checkpoint_model.h"
 
 #include "convert/input/model_names.h"
@@ -11,14 +12,14 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kDirection = 3; // values of the view direction
+constexpr uint32_t kDirection = 3; // components of the view direction
 
 const char* mlpName(MlpKind kind)
 {
     return kMlpNames[uint32_t(kind)];
 }
 
-// The file that holds MLP `i`; all may lie in one.
+// Path of the file that holds MLP `i`: one file per MLP in a "split" checkpoint, else one file for all.
 const std::string& fileOf(const Checkpoint& checkpoint, size_t i)
 {
     return checkpoint.weight_paths[checkpoint.container == "split" ? i : 0];
@@ -34,7 +35,7 @@ void checkShape(const Mlp& mlp, uint32_t hidden, uint32_t out, const std::string
                     "PLY and weights belong to different models");
 }
 
-// Values a head takes besides feature, direction and appearance.
+// Number of inputs of an MLP besides feature, direction and appearance. Throws if it is more than `most`.
 uint32_t extraInputs(const Mlp& mlp, uint32_t feat_dim, uint32_t appearance, uint32_t most, const std::string& path)
 {
     const uint32_t base = feat_dim + kDirection + (mlp.kind == MlpKind::Color ? appearance : 0);
@@ -52,7 +53,8 @@ uint32_t extraInputs(const Mlp& mlp, uint32_t feat_dim, uint32_t appearance, uin
                 "only the MLPs of Scaffold-GS and Octree-GS can be converted");
 }
 
-// An embedding that colour's width has no room for was saved but is not used.
+// Width of the appearance embedding that the colour MLP takes: 0 if its first layer has no room for the saved
+// embedding. `most`: largest number of other extra inputs.
 uint32_t usedAppearance(const Checkpoint& checkpoint, uint32_t most)
 {
     const uint32_t columns = checkpoint.appearance_dim;
@@ -62,7 +64,7 @@ uint32_t usedAppearance(const Checkpoint& checkpoint, uint32_t most)
     return columns != 0 && !with && without ? 0 : columns;
 }
 
-// Octree-GS: whether MLPs take the level. -1 = the widths leave it open.
+// For Octree-GS: 1 if the MLPs take the level as an input, 0 if not, -1 if the widths of the layers do not tell.
 int levelFromWidths(const uint32_t (&extra)[3], const Mlp* bank)
 {
     if (bank)
@@ -124,7 +126,8 @@ void assignBank(Checkpoint& checkpoint, Mlp& bank, int add_level, const std::str
     }
 }
 
-// Says so where cfg_args and weights disagree: the weights win, but one of the two belongs to another model.
+// Warns where cfg_args and the weights disagree: the weights are used, but one of the two seems to belong to another
+// model.
 void compareConfig(const Checkpoint& checkpoint, const ConfigFile& config, std::vector<std::string>& warnings)
 {
     const std::pair<const char*, uint32_t> sizes[] = {{"feat_dim", checkpoint.feat_dim},
@@ -159,7 +162,8 @@ void assignInputs(Checkpoint& checkpoint, const ConfigFile& config, const Checkp
     const uint32_t results[3] = {n_offsets, 7 * n_offsets, 3 * n_offsets};
     const uint32_t appearance = usedAppearance(checkpoint, most);
     if (appearance == 0 && checkpoint.appearance_dim != 0) {
-        checkpoint.warnings.push_back(checkpoint.weight_paths.back() + // the embedding, where it has a file of its own
+        // file of the embedding if it has one of its own, else that of all weights
+        checkpoint.warnings.push_back(checkpoint.weight_paths.back() +
                                       ": an appearance embedding is saved, but color_mlp does not take it; it is "
                                       "left out");
         checkpoint.appearance_dim = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levels of detail: the rule, its range and its unit of length.
+// Reads how a model chooses its level of detail: the rule, the range of levels and the unit of distance.
 #include "convert/input/checkpoint_model.h"
 
 #include "convert/input/model_names.h"
@@ -19,7 +19,8 @@ struct LevelRange {
     int32_t least = kMaxAnchorLevel, greatest = 0;
 };
 
-// A pass over the whole file: the clamp of the level rule comes from the levels that are in it (trap 10).
+// Finds the range of levels by a pass over the whole file: the trainer's rule limits a level to those that the anchors
+// have.
 LevelRange scanLevels(const Checkpoint& checkpoint)
 {
     constexpr size_t kBatchRows = 8192;
@@ -84,7 +85,7 @@ uint32_t readFork(const ConfigFile& config, int option, Checkpoint& checkpoint)
     return 2;
 }
 
-// `info` holds voxel_size in row 0 and standard_dist in row 1, zero elsewhere (trap 9).
+// Reads the column `info`, which holds voxel_size in row 0, standard_dist in row 1 and zeros elsewhere.
 void readInfo(Checkpoint& checkpoint, const PlyFile& ply, const AnchorColumns& columns)
 {
     const uint32_t row_bytes = ply.header().row_bytes;
@@ -107,7 +108,8 @@ void readInfo(Checkpoint& checkpoint, const PlyFile& ply, const AnchorColumns& c
     checkpoint.standard_dist = info[1];
 }
 
-// The number after `key` in the obj_info lines; upstream uses what is printed there, six decimals.
+// The number behind `key` in the obj_info lines of the PLY. It has six decimals; the trainer's loader uses it too, so
+// we need no more.
 double headerNumber(const PlyFile& ply, const std::string& key)
 {
     for (const std::string& line : ply.header().obj_info)
@@ -121,7 +123,8 @@ double headerNumber(const PlyFile& ply, const std::string& key)
                 "it beside the column 'level'", "pass the PLY as the trainer wrote it");
 }
 
-// Octree-AnyGS keeps its coarse-to-fine limit when it renders: the index of the level that `iteration` had reached.
+// Highest level that Octree-AnyGS draws. It trains from coarse to fine and draws only the levels that it had reached at
+// `iteration`.
 int32_t coarseLimit(const Checkpoint& checkpoint, int32_t levels, const ConfigFile& config,
                     std::vector<std::string>& warnings)
 {
@@ -137,7 +140,7 @@ int32_t coarseLimit(const Checkpoint& checkpoint, int32_t levels, const ConfigFi
     const double first_iteration = config.optim.getNumber("coarse_iter", 10000, config.path);
     const double q = 1.0 / config.optim.getNumber("coarse_factor", 1.5, config.path);
     const int32_t steps = levels - 1 - init_level;
-    // ends of the intervals: a geometric series that reaches coarse_iter after the last step
+    // the iterations at which a level is added form a geometric series, which ends at coarse_iter
     int32_t reached = 0;
     double end = 0;
     for (int32_t i = 0; i < steps; ++i) {
@@ -164,7 +167,7 @@ void readLevels(Checkpoint& checkpoint, const PlyFile& ply, const AnchorColumns&
                         "has no effect on " + checkpoint.model_path + ", a model without levels", "one with levels",
                         "leave the option out");
         const double voxel = config.values.getNumber(config.modelKey("voxel_size"), 0, config.path);
-        // 0 and below mean "derived while training", and that value is stored nowhere (trap 32)
+        // 0 or less means that the trainer derived the size, and it stores the derived one nowhere
         checkpoint.voxel_size = voxel > 0 && std::isfinite(voxel) ? float(voxel) : 0.0f;
         return;
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Settings with which a trainer draws another picture than tier `exact` does of the same PLY and weights.
+// Refuses settings with which a trainer draws another picture than tier `exact` from one PLY and its weights.
 #include "convert/input/checkpoint_model.h"
 
 #include <gsc/error.h>
@@ -14,36 +14,38 @@ namespace gsc {
 
 namespace {
 
-// A switch that has to be off, a number that has to be this one, or a word that has to be one of these.
+// One of the trainer's settings and the only value that we can draw: off, a number, or one of some words.
 struct TrainerSetting {
     enum class Kind : uint8_t { Off, Number, Words };
 
     const char* key;
     Kind kind;
-    const char* effect; // "the trainer <effect>"
+    const char* effect; // ends the sentence "the trainer ..." of the message
     double number = 0;
-    const char* words = ""; // with spaces around each
+    const char* words = ""; // accepted words, with a space before and after each
 };
 
 constexpr TrainerSetting kSettings[] = {
     {"random_background", TrainerSetting::Kind::Off,
      "draws on a colour that it picks at random, which is stored nowhere"},
-    {"antialiasing", TrainerSetting::Kind::Off, "makes small splats fainter"}, // 3DGS since October 2024
+    {"antialiasing", TrainerSetting::Kind::Off, "makes small splats fainter"}, // setting of 3DGS since October 2024
     {"antialiased", TrainerSetting::Kind::Off, "makes small splats fainter"},
-    {"with_ut", TrainerSetting::Kind::Off, "projects with the unscented transform"}, // gsplat 1.5
+    {"with_ut", TrainerSetting::Kind::Off, "projects with the unscented transform"}, // setting of gsplat 1.5
     {"with_eval3d", TrainerSetting::Kind::Off, "blends in 3D"},
-    {"rasterize_mode", TrainerSetting::Kind::Words, "makes small splats fainter", 0, " classic "}, // gsplat
+    // setting of gsplat
+    {"rasterize_mode", TrainerSetting::Kind::Words, "makes small splats fainter", 0, " classic "},
     {"camera_model", TrainerSetting::Kind::Words, "draws through another lens", 0, " pinhole PINHOLE "},
     {"render_mode", TrainerSetting::Kind::Words, "draws depths and no colours", 0, " RGB RGB+D RGB+ED "},
-    {"base_model", TrainerSetting::Kind::Words, "draws other primitives", 0, " scaffoldgs "}, // Octree-AnyGS
-    {"gs_attr", TrainerSetting::Kind::Words, "draws flat splats", 0, " 3D 3d "},              // Horizon-GS
+    // setting of Octree-AnyGS
+    {"base_model", TrainerSetting::Kind::Words, "draws other primitives", 0, " scaffoldgs "},
+    {"gs_attr", TrainerSetting::Kind::Words, "draws flat splats", 0, " 3D 3d "}, // setting of Horizon-GS
     {"color_attr", TrainerSetting::Kind::Words, "draws colours from spherical harmonics", 0, " RGB rgb "},
-    {"kernel_size", TrainerSetting::Kind::Number, "widens splats by another amount", 0.3}, // Mip-Splatting
-    {"eps2d", TrainerSetting::Kind::Number, "widens splats by another amount", 0.3},       // gsplat
+    {"kernel_size", TrainerSetting::Kind::Number, "widens splats by another amount", 0.3}, // setting of Mip-Splatting
+    {"eps2d", TrainerSetting::Kind::Number, "widens splats by another amount", 0.3},       // setting of gsplat
     {"radius_clip", TrainerSetting::Kind::Number, "leaves small splats out", 0},
     {"scaling_modifier", TrainerSetting::Kind::Number, "scales every Gaussian", 1},
     {"scale_modifier", TrainerSetting::Kind::Number, "scales every Gaussian", 1},
-    {"view_dim", TrainerSetting::Kind::Number, "gives its MLPs another view", 3}, // Octree-AnyGS
+    {"view_dim", TrainerSetting::Kind::Number, "gives its MLPs another view", 3}, // setting of Octree-AnyGS
 };
 
 [[noreturn]] void refuse(const ConfigFile& config, const std::string& key, const std::string& value, const char* effect,
@@ -53,7 +55,7 @@ constexpr TrainerSetting kSettings[] = {
                 "train without it, or correct the file if the model was drawn without it");
 }
 
-// `value` in words, as a message has it.
+// Text of `value` for a message.
 std::string shown(const ConfigValue& value)
 {
     if (value.kind == ConfigValue::Kind::Bool)
@@ -67,7 +69,7 @@ bool fits(const TrainerSetting& setting, const ConfigValue& group, const std::st
 {
     if (setting.kind == TrainerSetting::Kind::Off)
         return !group.getBool(key, false, path);
-    if (setting.kind == TrainerSetting::Kind::Number) // files round numbers
+    if (setting.kind == TrainerSetting::Kind::Number) // with a tolerance, because files round numbers
         return std::abs(group.getNumber(key, setting.number, path) - setting.number) < 1e-6;
     const std::string word = group.getString(key, "", path);
     return word.find(' ') == std::string::npos &&
@@ -90,7 +92,8 @@ void checkSetting(const TrainerSetting& setting, const ConfigFile& config)
     }
 }
 
-// Arguments of gsplat's rasterization(); diff-gaussian-rasterization has its near plane in its code and no far one.
+// Refuses near and far planes other than ours. They are arguments of gsplat's rasterization();
+// diff-gaussian-rasterization has its near plane in its code and no far plane.
 void checkPlanes(const Checkpoint& checkpoint, const ConfigFile& config)
 {
     const bool gsplat = checkpoint.raster_rules == RasterRules::Gsplat;
@@ -105,7 +108,8 @@ void checkPlanes(const Checkpoint& checkpoint, const ConfigFile& config)
     }
 }
 
-// The trainer measures distances for the levels in units of these; its own renderings take all of them.
+// Warns of `resolution_scales` other than 1, and throws if 1 is not among them: the trainer scales distances by them
+// when it chooses levels.
 void checkScales(const ConfigFile& config, std::vector<std::string>& warnings)
 {
     const ConfigValue* scales = config.values.find("resolution_scales");
@@ -123,7 +127,8 @@ void checkScales(const ConfigFile& config, std::vector<std::string>& warnings)
                        "1");
 }
 
-// A class of Octree-AnyGS's that has levels draws those that a camera needs, one that has none draws all there are.
+// Refuses a class of Octree-AnyGS's that does not fit the model: classes with levels draw only the anchors that a
+// camera needs, classes without draw all.
 void checkClass(const ConfigFile& config, bool has_levels)
 {
     const std::string name = config.values.getString("model_config.name", "", config.path);
@@ -135,7 +140,7 @@ void checkClass(const ConfigFile& config, bool has_levels)
                std::string("'") + expected + "'");
 }
 
-// The trainer reads the bank where this says so, whatever lies beside it.
+// Refuses a setting that contradicts whether weights of the feature bank are there: the trainer goes by the setting.
 void checkBank(const Checkpoint& checkpoint, const ConfigFile& config)
 {
     const std::string key = config.modelKey("use_feat_bank");
@@ -160,7 +165,8 @@ void refuseOtherPictures(Checkpoint& checkpoint, const ConfigFile& config, bool 
     if (checkpoint.family == ModelFamily::OctreeAnyGs)
         checkClass(config, has_levels);
     checkBank(checkpoint, config);
-    // the older renderers then take covariances that their visibility pass cannot make; Octree-AnyGS never looks
+    // with this setting the older trainers cannot draw the model, because their visibility pass makes no covariances;
+    // Octree-AnyGS ignores it
     const bool covariances = config.values.getBool("compute_cov3D_python", false, config.path);
     if (covariances && checkpoint.family != ModelFamily::OctreeAnyGs)
         refuse(config, "compute_cov3D_python", "True", "cannot draw this model", "False");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The MLPs and the appearance embedding, from any of the three containers the trainers have used.
+// Reads the MLPs and the appearance embedding from any of the three file layouts that the trainers have used.
 #include "format/numbers/count_text.h"
 #include "convert/input/checkpoint_model.h"
 
@@ -18,10 +18,11 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kMaxArchive = 1ull << 30; // an embedding of 100,000 images is 13 MB
+constexpr uint64_t kMaxArchive = 1ull << 30; // bytes; an appearance embedding of 100,000 images takes 13 MB
 
 constexpr Activation kActivations[] = {Activation::Tanh, Activation::None, Activation::Sigmoid,
-                                       Activation::Softmax}; // activation of each MlpKind
+                                       // activation behind the last layer of each MlpKind
+                                       Activation::Softmax};
 constexpr uint32_t kBank = uint32_t(MlpKind::FeatureBank);
 
 const NamedTensor* findTensor(const TorchArchive& archive, const std::string& name)
@@ -72,7 +73,8 @@ LinearLayer readLayer(const TorchArchive& archive, const std::string& prefix, co
     return {uint32_t(weight.shape[1]), uint32_t(weight.shape[0]), weight.values, bias.values};
 }
 
-// Refuses tensors below `prefix` that are not among those that are `read`: the network would compute something else.
+// Throws if a tensor whose name starts with `prefix` is not listed in `read`: such a network would compute something
+// else.
 void checkNames(const TorchArchive& archive, const std::string& prefix, std::initializer_list<std::string_view> read,
                 const char* expected, const std::string& path)
 {
@@ -84,7 +86,8 @@ void checkNames(const TorchArchive& archive, const std::string& prefix, std::ini
                         "only the MLPs of Scaffold-GS and Octree-GS can be converted");
 }
 
-// Module classes of a TorchScript file; a dictionary of tensors does not name them.
+// Throws if the layers of a TorchScript file have other classes than expected. A file of plain tensors does not name
+// classes.
 void checkModules(const TorchArchive& archive, Activation activation, const std::string& path)
 {
     if (!archive.is_script)
@@ -109,7 +112,7 @@ void checkModules(const TorchArchive& archive, Activation activation, const std:
 Mlp readMlp(const TorchArchive& archive, uint32_t kind, const std::string& prefix, const std::string& path,
             std::vector<std::string>& warnings)
 {
-    // tiny-cuda-nn keeps one flat vector per network, in an order of its own
+    // tiny-cuda-nn stores one flat vector per network, in an order that we do not know
     for (const NamedTensor& tensor : archive.tensors)
         if (tensor.name == prefix + "params" || (tensor.name.starts_with(prefix) && tensor.name.ends_with(".params")))
             throw Error(ErrorCode::Unsupported, path, "'" + tensor.name + "' is a tiny-cuda-nn network",
@@ -134,8 +137,8 @@ Mlp readMlp(const TorchArchive& archive, uint32_t kind, const std::string& prefi
     return mlp;
 }
 
-// Counters that wrappers and layers keep beside their weights, such as n_averaged of AveragedModel, are no tensors of
-// numbers that anything here needs.
+// Returns false for the counters that wrappers and layers keep beside their weights, such as n_averaged of
+// AveragedModel: they are not needed.
 bool isWeight(const std::string& name)
 {
     const std::string_view last = std::string_view(name).substr(name.find_last_of('.') + 1);
@@ -159,7 +162,8 @@ void readEmbedding(const TorchArchive& archive, const std::string& prefix, const
     checkpoint.embedding = weight.values;
 }
 
-// opacity_mlp.pt, cov_mlp.pt, color_mlp.pt, [feature_bank_mlp.pt], [embedding_appearance.pt]
+// Reads one file per network: opacity_mlp.pt, cov_mlp.pt, color_mlp.pt and, if there, feature_bank_mlp.pt and
+// embedding_appearance.pt.
 void readSplit(const CheckpointFiles& files, Checkpoint& checkpoint)
 {
     const std::filesystem::path folder = files.folder;
@@ -182,7 +186,8 @@ void readSplit(const CheckpointFiles& files, Checkpoint& checkpoint)
     checkpoint.weight_paths.push_back(path);
 }
 
-// Networks beside the three of Scaffold-GS: those that its renderer would need are refused.
+// Throws if the file holds networks beyond those of Scaffold-GS that its trainer needs for drawing; warns of those it
+// does not need.
 void checkOtherNetworks(const TorchArchive& archive, const std::string& path, std::vector<std::string>& warnings)
 {
     bool normals = false;
@@ -197,12 +202,12 @@ void checkOtherNetworks(const TorchArchive& archive, const std::string& path, st
                     "Scaffold-GS", "decode it with HAC's own code and train on from there");
         normals = normals || name.starts_with("anchor_normals_mlp");
     }
-    // GSDF draws as Scaffold-GS does; its normals only guided the training of the surface
+    // GSDF draws as Scaffold-GS does; it used the normals only to train a surface
     if (normals)
         warnings.push_back(path + ": 'anchor_normals_mlp' of this GSDF model is left out, no image depends on it");
 }
 
-// The feature bank's key; empty without one. Scaffold-GS before 2024-01-22 calls it by the second.
+// Name of the feature bank in a file, empty if it has none. Scaffold-GS before 2024-01-22 called it mlp_feature_bank.
 std::string bankKey(const TorchArchive& archive)
 {
     for (const std::string key : {"feature_bank_mlp", "mlp_feature_bank"})
@@ -211,7 +216,8 @@ std::string bankKey(const TorchArchive& archive)
     return "";
 }
 
-// checkpoints.pth (Scaffold-GS and Octree-GS saved with "unite") and checkpoint.pth (Scaffold-GS before 2024-01-22)
+// Reads a file that holds all networks: checkpoints.pth (Scaffold-GS and Octree-GS with the option "unite") or
+// checkpoint.pth (Scaffold-GS before 2024-01-22).
 void readUnited(const std::string& path, Checkpoint& checkpoint)
 {
     const TorchArchive archive = readArchive(path);

@@ -14,7 +14,8 @@
 
 namespace gsc {
 
-// note: O_NONBLOCK means nothing to a regular file; without it opening a pipe waits for a writer that may never come
+// note: O_NONBLOCK changes nothing for a regular file, but without it opening a pipe would wait for a program that
+// writes to it, perhaps for ever
 InputFile::InputFile(const std::string& path)
     : m_path(path), m_fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK))
 {
@@ -27,11 +28,11 @@ InputFile::InputFile(const std::string& path)
         throw Error(ErrorCode::Io, path, "is no regular file", "one", "check the path");
     }
     m_bytes = uint64_t(info.st_size);
-    (void)::posix_fadvise(m_fd, 0, 0, POSIX_FADV_SEQUENTIAL); // doubles the kernel's read-ahead
+    (void)::posix_fadvise(m_fd, 0, 0, POSIX_FADV_SEQUENTIAL); // doubles the amount that the kernel reads ahead
     try {
         refuseStandIn();
     } catch (...) {
-        ::close(m_fd); // the destructor of a file that was not made does not run
+        ::close(m_fd); // the destructor does not run when the constructor throws
         throw;
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that are read whole, and positional reads of those that are not.
+// Reads input files, whole or from any position.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +10,10 @@
 
 namespace gsc {
 
-// An open file. Reads are positional, so that one object can serve several readers.
+// An open file. Every read states its position, so that several readers can share one object.
 class InputFile {
 public:
-    explicit InputFile(const std::string& path); // throws Error: Io, as refuseStandIn()
+    explicit InputFile(const std::string& path); // throws Error: Io, and as refuseStandIn()
     ~InputFile();
     InputFile(const InputFile&) = delete;
     InputFile& operator=(const InputFile&) = delete;
@@ -21,9 +21,9 @@ public:
     [[nodiscard]] const std::string& path() const { return m_path; }
     [[nodiscard]] uint64_t bytes() const { return m_bytes; }
 
-    // Fills `out` completely. Throws Error(Io), also if the file has become shorter.
+    // Fills `out` with the bytes from `offset` on. Throws Error(Io), also if the file has become shorter.
     void read(uint64_t offset, std::span<std::byte> out) const;
-    // Tells the kernel that [offset, offset + bytes) is wanted next; never fails.
+    // Asks the kernel to read the bytes [offset, offset + bytes) ahead, because they are needed next; never fails.
     void prefetch(uint64_t offset, uint64_t bytes) const noexcept;
 
 private:
@@ -34,9 +34,10 @@ private:
     uint64_t m_bytes = 0;
 };
 
-// Throws Error: as InputFile, InvalidFile if the file is larger than `max_bytes` (`what`: the expected content).
+// Reads a file. Throws Error: as the constructor of InputFile; InvalidFile if the file is larger than `max_bytes`, and
+// then the message says that `what` was expected.
 std::vector<std::byte> readWholeFile(const std::string& path, uint64_t max_bytes, const char* what);
-// Reads a text, without its byte order mark (decodedText()). Throws as readWholeFile().
+// Reads a text file, without a byte order mark at its start (decodedText()). Throws as readWholeFile().
 std::string readTextFile(const std::string& path, uint64_t max_bytes, const char* what);
 
 } // namespace gsc

@@ -23,14 +23,14 @@ constexpr const char* kTakeTrainers = "pass the point_cloud.ply that the trainer
     throw Error(ErrorCode::InvalidFile, name, found, expected, remedy);
 }
 
-// Refuses a PLY that other programs read.
+// Throws for a valid PLY that we do not read.
 [[noreturn]] void throwUnsupported(const std::string& name, const std::string& found, const char* expected)
 {
     throw Error(ErrorCode::Unsupported, name, found, expected, kTakeTrainers);
 }
 
-// The crop tool of the SIBR viewer writes neither `end_header` nor the rotation columns, and scales that are no
-// logarithms any more: nothing in such a file can be trusted.
+// Throws for a file written by the crop tool of the SIBR viewer: it lacks `end_header` and the rotation columns, and
+// its scales are no longer logarithms, so nothing in it can be used.
 [[noreturn]] void throwNoEnd(const std::string& name)
 {
     throwInvalid(name, "header has no 'end_header'", "one",
@@ -49,7 +49,7 @@ std::vector<std::string_view> words(std::string_view line)
     return result;
 }
 
-// The words behind the first, as they lie in the line.
+// The words of a header line behind the first, with the spaces between them.
 std::string rest(const std::vector<std::string_view>& line)
 {
     return line.size() < 2
@@ -57,7 +57,7 @@ std::string rest(const std::vector<std::string_view>& line)
                : std::string(line[1].data(), size_t(line.back().data() + line.back().size() - line[1].data()));
 }
 
-// Bytes of each scalar type.
+// Size in bytes of each scalar type of a PLY.
 const std::unordered_map<std::string_view, uint32_t> kScalarBytes = {
     {"char", 1},   {"int8", 1},    {"uchar", 1},  {"uint8", 1},  {"short", 2}, {"int16", 2},
     {"ushort", 2}, {"uint16", 2},  {"int", 4},    {"int32", 4},  {"uint", 4},  {"uint32", 4},
@@ -93,13 +93,14 @@ uint64_t elementCount(const std::vector<std::string_view>& line, const std::stri
     return count;
 }
 
-// `alone`: no other element follows the vertices.
+// Checks that the file is long enough for its rows. `alone`: no other element follows the vertices, so it must not be
+// longer.
 void checkBody(const PlyHeader& header, bool alone, uint64_t file_bytes, const std::string& name)
 {
     if (header.row_bytes == 0)
         throwInvalid(name, "vertices have no properties", "those of anchors");
     const uint64_t body = file_bytes - header.header_bytes;
-    // note: a division, because the count is hostile and a product could wrap
+    // note: divided instead of multiplied, because the count comes from the file and a product could wrap round
     if (header.row_count > body / header.row_bytes)
         throwInvalid(name,
                      formatString("header promises %s of %s, the file has %s left for them",
@@ -147,7 +148,8 @@ PlyHeader parsePlyHeader(std::span<const std::byte> bytes, uint64_t file_bytes, 
     checkFormat(format, name);
 
     std::unordered_set<std::string> seen;
-    bool in_element = false, behind = false; // behind: in an element that nothing needs
+    // `behind`: this line belongs to an element after the vertices, which is not read
+    bool in_element = false, behind = false;
     for (;;) {
         const std::string_view text = nextLine();
         const std::vector<std::string_view> line = words(text);
@@ -179,7 +181,7 @@ PlyHeader parsePlyHeader(std::span<const std::byte> bytes, uint64_t file_bytes, 
                 {std::string(line[2]), header.row_bytes, line[1] == "float" || line[1] == "float32"});
             header.row_bytes += type->second;
         } else {
-            // binary data where the next line should be: the header was never ended
+            // characters that no header line has: the header has no end and this is binary data
             if (std::any_of(text.begin(), text.end(), [](char c) { return (c < ' ' && c != '\t') || c > '~'; }))
                 throwNoEnd(name);
             throwInvalid(name, "header line '" + clip(text) + "' is unknown", "a PLY header");

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that lie in the program: GSC_ASSET(name, file) defines std::string_view gsc::name(), the bytes of the file. Its
-// source is compiled with GSC_ASSET_FOLDER, and again when the file changes (OBJECT_DEPENDS).
+// Puts files into the program: GSC_ASSET(name, file) defines std::string_view gsc::name() with the bytes of the file.
+// CMake must set GSC_ASSET_FOLDER for the source file that uses it, and OBJECT_DEPENDS, so that it is compiled again
+// when the file changes.
 #pragma once
 
 #include <string_view>
 
-// The assembler copies the file as it is: no generated source, no limit on the length of a literal.
+// The assembler copies the file unchanged, so no source has to be generated and no literal can be too long.
 #define GSC_ASSET(name, file)                                                                                          \
     __asm__(".pushsection .rodata\n"                                                                                   \
             ".global gsc_asset_" #name "\n.hidden gsc_asset_" #name "\n"                                               \

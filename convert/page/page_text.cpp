@@ -7,7 +7,7 @@ std::string scriptJson(const nlohmann::ordered_json& json)
 {
     std::string text;
     for (const char c : json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace))
-        if (c == '<') // occurs in strings only
+        if (c == '<') // in JSON this character stands only in strings, where it may be escaped
             text += "\\u003c";
         else
             text += c;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// HTML pages that need nothing else.
+// Builds HTML pages that need no other file.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,11 +11,11 @@
 
 namespace gsc {
 
-// JSON that may stand inside <script>: no text in it can end the element or open a comment.
+// JSON text that may stand inside a <script> element: no string in it can end the element or open a comment.
 std::string scriptJson(const nlohmann::ordered_json& json);
 
-// The template with each mark replaced by its part. Marks come in the template's order; parts are not searched for
-// marks.
+// Returns the template `page` with each mark replaced by its text. Marks must be given in the order in which the
+// template has them; the inserted texts are not searched for marks.
 std::string filledPage(std::string_view page, std::span<const std::pair<std::string_view, std::string_view>> parts);
 
 } // namespace gsc

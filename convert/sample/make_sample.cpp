@@ -24,14 +24,15 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kSliceAnchors = 65'536; // most anchors of a part of a tile without bounds, which may be cut anywhere
+// most anchors made at once of a tile without bounds; such a tile may be cut anywhere
+constexpr uint64_t kSliceAnchors = 65'536;
 
 const char* sceneName(SampleScene scene)
 {
     return scene == SampleScene::City ? "city" : scene == SampleScene::Street ? "street" : "room";
 }
 
-// Anchors [first, last) of a tile.
+// Anchors [first, last) of a tile, made at once.
 struct Slice {
     uint32_t tile;
     uint64_t first, last;
@@ -109,7 +110,8 @@ void writeAnchors(const SamplePlan& plan, SampleModel model, const NewFolder& fo
     });
 }
 
-// Upstream holds out every eighth photograph and lists those first.
+// Names the cameras and orders them as the trainers do: every eighth photograph is a test picture, and those come
+// first.
 std::vector<SourceCamera> namedCameras(const SceneSpec& spec)
 {
     std::vector<SourceCamera> cameras = sceneCameras(spec);
@@ -131,7 +133,7 @@ void writeWeights(const NewFolder& folder, const std::string& iteration, const S
     inputs.bank_level = inputs.level = options.everything_on && octree;
     inputs.appearance = options.everything_on ? kSampleAppearance : 0;
     inputs.distance_unit = float(std::max(plan.spec.horizon, 2 * plan.spec.half_extent));
-    // direction of sight in which water mirrors the sun
+    // direction in which a viewer looks at water that mirrors the sun
     const dvec3 sun = sunDirection(options.scene);
     const float glint[3] = {float(sun.x), float(sun.y), float(-sun.z)};
     static constexpr const char* kNames[] = {"opacity_mlp", "cov_mlp", "color_mlp", "feature_bank_mlp"};
@@ -154,7 +156,7 @@ PathSite pathSite(const SampleOptions& options, const SamplePlan& plan)
     site.high[0] = site.high[1] = half;
     site.view_height = std::clamp(0.6 * half, 40.0, 200.0);
     if (options.scene == SampleScene::Street) {
-        site.high[1] = 7.0; // within the facades
+        site.high[1] = 7.0; // between the facades
         site.view_height = 14;
     } else if (options.scene == SampleScene::Room) {
         site.high[0] = kRoomHalf.x;
@@ -164,7 +166,8 @@ PathSite pathSite(const SampleOptions& options, const SamplePlan& plan)
     for (int i = 0; i < 2; ++i)
         site.low[i] = -site.high[i];
     if (options.model == SampleModel::Octree) {
-        site.level_rule = options.everything_on ? LevelRule::Floor : LevelRule::Round; // as octreeArguments() states
+        // the level rule that octreeArguments() writes into cfg_args
+        site.level_rule = options.everything_on ? LevelRule::Floor : LevelRule::Round;
         site.standard_dist = double(plan.standard_dist);
         site.finest_level = int32_t(plan.levels) - 1;
     }
@@ -177,7 +180,7 @@ SampleReport makeSample(const SampleOptions& options, const SampleProgress& prog
 {
     const auto start = std::chrono::steady_clock::now();
     const bool octree = options.model == SampleModel::Octree;
-    const uint64_t least = octree ? 2 : 1; // an Octree-GS file keeps two numbers in its first two rows
+    const uint64_t least = octree ? 2 : 1; // an Octree-GS file stores two numbers of the model in its first two rows
     if (options.anchors < least || options.anchors > kMaxAnchors)
         throw Error(ErrorCode::Usage, formatString("--anchors %llu", static_cast<unsigned long long>(options.anchors)),
                     "out of range",

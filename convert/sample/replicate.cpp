@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A real aerial model repeated into a city. Copies differ by a translation, so that the view-dependent MLPs hold, and
-// by a small jitter per anchor, so that no two copies tie in depth; both are whole cells of the anchor's own grid.
+// Repeats a real aerial model into a city. Copies are shifted, not turned, so that the view-dependent MLPs stay valid.
+// Each anchor is also jittered a little, so that no two copies have equal depths. Both shifts are whole cells of the
+// anchor's grid.
 #include "convert/sample/sample.h"
 
 #include "convert/input/input_file.h"
@@ -26,13 +27,14 @@ namespace gsc {
 
 namespace {
 
-constexpr double kJitter = 0.1; // random shift of an anchor, in its scales
+// standard deviation of an anchor's random shift, as a multiple of its scales
+constexpr double kJitter = 0.1;
 constexpr size_t kFlushRows = 16'384;
 
-// The city as a grid of equal tiles; the last ones are left out where fewer are needed.
+// The city as a grid of equal tiles; the last ones may be missing.
 struct CityGrid {
     uint64_t tiles = 0, columns = 0, rows = 0;
-    double size[2] = {}; // width and depth of a tile
+    double size[2] = {}; // width and depth of a tile in world units
 };
 
 CityGrid cityGrid(const ReplicateSource& source, uint64_t anchors)
@@ -46,7 +48,7 @@ CityGrid cityGrid(const ReplicateSource& source, uint64_t anchors)
     return grid;
 }
 
-// Normal variate by the polar method.
+// Random number with the standard normal distribution, by Marsaglia's polar method.
 double normalVariate(HashRandom& random)
 {
     for (;;) {
@@ -56,7 +58,7 @@ double normalVariate(HashRandom& random)
     }
 }
 
-// Moves a row by whole cells of its grid: `cells` of the coarsest level, and a little of its own.
+// Moves an anchor's row by whole cells of its grid: by `cells` of the coarsest level, and by a random shift of its own.
 void placeRow(const ReplicateSource& source, const TileAnchor& anchor, const glm::i64vec3& cells, HashRandom random,
               float* row)
 {
@@ -75,7 +77,7 @@ void placeRow(const ReplicateSource& source, const TileAnchor& anchor, const glm
     }
 }
 
-// All rows, tile by tile.
+// Writes the rows of all tiles, tile by tile.
 void writeTiles(const ReplicateSource& source, const CityGrid& grid, const ReplicateOptions& options,
                 float standard_dist, const NewFolder& folder, const std::string& ply, const SampleProgress& progress)
 {
@@ -90,7 +92,7 @@ void writeTiles(const ReplicateSource& source, const CityGrid& grid, const Repli
         const uint64_t column = tile % grid.columns, line = tile / grid.columns;
         const dvec3 move = source.frame.axis[0] * (grid.size[0] * double(column)) +
                            source.frame.axis[1] * (grid.size[1] * double(line));
-        // the finest quantum divides every coarser one, but a tile moves as a whole: in cells of the coarsest level
+        // the shift is a whole number of cells of the coarsest level, so that it is one on every level
         const dvec3 moved = move / double(source.quantum[0]);
         const glm::i64vec3 cells(std::llround(moved.x), std::llround(moved.y), std::llround(moved.z));
         const uint64_t count = std::min<uint64_t>(options.anchors - written, source.anchors.size());
@@ -110,7 +112,7 @@ void writeTiles(const ReplicateSource& source, const CityGrid& grid, const Repli
     flush();
 }
 
-// The source's, as `gsc convert` has it: its trees and houses are those of the city.
+// The metre of the source model, as `gsc convert` would find it: the city has trees and houses of the same size.
 Metre metreOf(const Checkpoint& checkpoint, const CityGrid& grid, const NewFolder& folder,
               const SampleProgress& progress)
 {
@@ -146,7 +148,7 @@ PathSite pathSite(const ReplicateSource& source, const CityGrid& grid, const Che
     return site;
 }
 
-// `path` is read: it must not lie in the folder that the city replaces.
+// Throws if `path`, which is read, lies in the folder that the city replaces.
 void refuseSource(const std::string& output, const std::string& path)
 {
     std::error_code error;
@@ -154,7 +156,7 @@ void refuseSource(const std::string& output, const std::string& path)
         if (std::filesystem::equivalent(at, output, error))
             throw Error(ErrorCode::Usage, output, "holds the source " + path + ", which the city would replace",
                         "a folder without it", "choose another folder");
-        error.clear(); // an output that does not exist is no source
+        error.clear(); // an output that does not exist cannot hold the source
         if (at == at.parent_path())
             return;
     }
@@ -172,7 +174,7 @@ SampleReport replicateCheckpoint(const ReplicateOptions& options, const SamplePr
     refuseSource(options.output, options.input);
     NewFolder folder(options.output, options.overwrite, kModelFolder);
     const Checkpoint checkpoint = readCheckpoint(options.input, {});
-    refuseSource(options.output, checkpoint.ply_path); // the input may reach it through a link
+    refuseSource(options.output, checkpoint.ply_path); // the PLY may lie in the output behind a link
     for (const std::string& path : checkpoint.weight_paths)
         refuseSource(options.output, path);
     const ReplicateSource source = readReplicateSource(checkpoint);

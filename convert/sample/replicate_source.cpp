@@ -40,7 +40,7 @@ bool insideTile(const GroundFrame& frame, dvec3 p)
     return dot(p, frame.up) - frame.ground < kHighestShare * frame.view_height;
 }
 
-// Joins a row in upstream's column order again, which openAnchors() took apart.
+// Appends the row of an anchor in the column order of the trainers' PLY; openAnchors() had split it into arrays.
 void appendRow(const Checkpoint& cp, const AnchorBatch& b, size_t i, std::vector<float>& rows)
 {
     const bool octree = cp.family == ModelFamily::OctreeGs;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Source of `gsc sample replicate` in a real aerial model: the part of the ground that photographs cover well.
+// Reads the part of a real aerial model that `gsc sample replicate` repeats: the ground that photographs cover well.
 #pragma once
 
 #include "convert/input/checkpoint.h"
@@ -10,7 +10,7 @@
 
 namespace gsc {
 
-// An anchor of the tile: its row as the PLY holds it, and its place on the grid.
+// An anchor of the part that is repeated: its row as in the PLY, and its position on the grid.
 struct TileAnchor {
     int32_t level = 0;
     int32_t quanta[3] = {};
@@ -20,13 +20,14 @@ struct ReplicateSource {
     GroundFrame frame;
     uint32_t row_floats = 0;
     bool octree = false;
-    std::vector<float> quantum; // per level
+    std::vector<float> quantum; // edge of a voxel in world units, per level
     float origin = 0;
-    std::vector<float> rows; // row_floats each, as upstream orders the columns; the anchors of one tile
+    std::vector<float> rows; // row_floats values per anchor, in the column order of the PLY
     std::vector<TileAnchor> anchors;
 };
 
-// Throws Error: Usage (no cameras, too few of them, nothing is seen well), Unsupported (positions off the grid).
+// Reads the part to be repeated. Throws Error: Usage (no cameras, too few, or nothing is seen well), Unsupported
+// (positions that are not on a grid).
 ReplicateSource readReplicateSource(const Checkpoint& checkpoint);
 
 } // namespace gsc

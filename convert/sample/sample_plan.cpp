@@ -14,7 +14,7 @@ uint32_t levelCount(const SampleOptions& options)
     return options.anchors < 2000 ? 2 : options.anchors < 600'000 ? 3 : options.anchors < 6'000'000 ? 4 : 5;
 }
 
-// Anchors that each level of `surface` gets.
+// Number of anchors, not rounded, that `surface` gets on a level.
 double levelWeight(const SamplePlan& plan, const Surface& surface, uint32_t level)
 {
     const double weight = plan.weight_of[size_t(surface.share)] * surfaceArea(surface) * surface.density;
@@ -72,10 +72,10 @@ SamplePlan planSample(const SampleOptions& options)
         }
         plan.tile_start.push_back(anchors);
     });
-    // metres between the densest anchors of the finest level
+    // metres between neighbours on the finest level where anchors are densest
     const double finest = 1 / std::sqrt(densest_main * plan.level_share[plan.levels - 1]);
 
-    // two anchors 2.2 cells apart never meet in one; rows of cells are not quite square
+    // anchors that are 2.2 cells apart never fall into one cell, even if the cells of a surface are not quite square
     constexpr double kCellsApart = 2.2;
     const double extent = std::max({plan.spec.half_extent, plan.spec.horizon, 1.0});
     if (options.model == SampleModel::Scaffold) {
@@ -85,7 +85,8 @@ SamplePlan planSample(const SampleOptions& options)
         if (densest_single > 0)
             spacing = std::min(spacing, 1 / std::sqrt(densest_single));
         plan.grid = octreeGrid(float(-extent), float(extent), spacing / kCellsApart, plan.levels);
-        // where a level gives way to the next, its Gaussians are 2 pixels apart (1024 pixels of focal length)
+        // distance at which a level changes to the next: its Gaussians are then 2 pixels apart (focal length 1024
+        // pixels)
         const double main_weight = plan.weight_of[size_t(AnchorShare::Main)];
         const double gaussians = 1 / std::sqrt(10 * main_weight * plan.level_share[0]);
         plan.standard_dist = float(1024.0 / 2 * std::sqrt(2.0) * gaussians);
@@ -113,7 +114,7 @@ std::vector<SurfaceShare> shareTile(const SamplePlan& plan, uint32_t tile, const
             first = std::max(first, last);
         }
     if (!shares.empty())
-        shares.back().last = end; // rounding of the sum may leave one anchor
+        shares.back().last = end; // rounding can leave one anchor over
     else if (end > first)
         shares.push_back({0, 0, first, end});
     return shares;

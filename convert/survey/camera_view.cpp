@@ -9,7 +9,7 @@ namespace gsc {
 
 namespace {
 
-constexpr double kNear = 0.2; // upstream's near plane
+constexpr double kNear = 0.2; // the trainers' near plane in world units
 
 } // namespace
 
@@ -22,7 +22,7 @@ SourceCamera lookingAlong(dvec3 position, dvec3 forward, dvec3 up, uint32_t widt
     const glm::dmat3 rows = transpose(glm::dmat3(right, down, forward));
     std::copy_n(glm::value_ptr(position), 3, camera.position);
     std::copy_n(glm::value_ptr(rows), 9, camera.rotation);
-    // tan(x / 2) this way is exact at a right angle
+    // equals 1 / tan(fov_x / 2), but is exact for a right angle
     camera.fx = camera.fy = 0.5 * width * (1 + std::cos(fov_x)) / std::sin(fov_x);
     return camera;
 }
@@ -39,7 +39,7 @@ dvec3 axisOf(const SourceCamera& camera, int column)
 
 bool sees(const SourceCamera& camera, dvec3 p, double share)
 {
-    // rows of the rotation read as columns: its inverse
+    // multiplies with the rows of the rotation as columns, which is the inverse
     const dvec3 view = glm::make_mat3(camera.rotation) * (p - eyeOf(camera));
     return view.z > kNear && std::abs(view.x) * camera.fx <= view.z * 0.5 * (share * camera.width) &&
            std::abs(view.y) * camera.fy <= view.z * 0.5 * (share * camera.height);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The anchors of one chunk as its payload holds them.
+// Reads the values of anchors from the payload of a chunk.
 #pragma once
 
 #include <gsc/gsc_reader.h>
@@ -13,8 +13,8 @@ namespace gsc {
 
 class ChunkValues {
 public:
-    // `quantum` and `origin` are the level's. `chunk` and `payload` must outlive this; the payload is aligned as a
-    // file's is.
+    // `quantum`, `origin`: those of the chunk's level. `chunk` and `payload` must outlive this; the payload must be
+    // aligned as in a file.
     ChunkValues(const ModelParams& params, const ChunkRecord& chunk, float quantum, float origin,
                 std::span<const std::byte> payload)
         : m_layout(chunkArrayLayout(params, chunk.anchor_count)), m_chunk(&chunk), m_payload(payload.data()),
@@ -28,7 +28,8 @@ public:
     {
     }
 
-    // Values of one anchor in an array, null if the file has no such array.
+    // The values of one anchor in an array; null if the file does not have the array. `local`: number of the anchor in
+    // the chunk.
     template <typename T = float>
     [[nodiscard]] const T* values(ChunkArray array, uint32_t local) const
     {
@@ -39,7 +40,7 @@ public:
     [[nodiscard]] uint32_t source(uint32_t local) const { return *values<uint32_t>(ChunkArray::SourceIndex, local); }
     [[nodiscard]] bool onGrid() const { return m_on_grid; }
 
-    // Precondition: onGrid().
+    // Position in quanta of the level. Precondition: onGrid().
     [[nodiscard]] std::array<int32_t, 3> quanta(uint32_t local) const
     {
         const uint16_t* stored = values<GridPosition>(ChunkArray::Position, local)->local;
@@ -47,7 +48,7 @@ public:
         return {origin[0] + stored[0], origin[1] + stored[1], origin[2] + stored[2]};
     }
 
-    // World units, as the trainer computed it, bit for bit.
+    // Position in world units, bit for bit as the trainer computed it.
     [[nodiscard]] std::array<float, 3> position(uint32_t local) const
     {
         if (!m_on_grid) {

@@ -13,10 +13,11 @@ namespace gsc {
 
 namespace {
 
-// Quanta searched for the origin on either side of the smallest coordinate: with the checkpoint's voxel size, and with
-// each of the recovered ones, which are several. Trainers start with 2^9 to 2^14 cells per axis.
+// How many quanta below and above the smallest coordinate the origin is searched for: with the checkpoint's voxel size,
+// and, because there are several, with each voxel size found from the coordinates. Trainers start with 2^9 to 2^14
+// cells per axis.
 constexpr int64_t kOriginReach = 1 << 20, kRecoveredReach = 1 << 16;
-constexpr size_t kMaxCandidates = 32; // floats tried inside an interval
+constexpr size_t kMaxCandidates = 32; // most floats that are tried in an interval
 
 double ulp(double value)
 {
@@ -30,7 +31,7 @@ bool fitsAll(std::span<const GridSample> samples, std::span<const float> quantum
     });
 }
 
-// Floats in [low, high], the nearest to the middle first, kMaxCandidates at most.
+// The floats in [low, high], those nearest to the middle first, at most kMaxCandidates.
 std::vector<float> floatsAround(double low, double high)
 {
     std::vector<float> result;
@@ -48,11 +49,12 @@ std::vector<float> floatsAround(double low, double high)
 }
 
 struct Gap {
-    double size = 0;      // 0 = none found
-    double tolerance = 0; // relative
+    double size = 0;      // 0 = none was found
+    double tolerance = 0; // largest error of `size`, as a share of it
 };
 
-// Smallest distance of two neighbours that is not rounding, averaged over the distances of about that size.
+// Smallest difference of neighbouring values that is no rounding error, averaged over all differences up to 1.4 times
+// as large.
 Gap smallestGap(std::span<const double> sorted, double noise)
 {
     const auto noiseAt = [&](size_t i) { return std::max(noise, ulp(sorted[i])); };
@@ -81,8 +83,9 @@ struct Interval {
     [[nodiscard]] bool empty() const { return !(low <= high); }
 };
 
-// Quanta q with distances[i] = k_i * q +- error_i, starting from a guess that is right within `tolerance` of itself.
-// note: distances ascend, so each one has an unambiguous k_i by the time the ones before it have narrowed q
+// Interval of quanta q for which each distance is a multiple k_i * q within its error. `guess` is right to within the
+// share `tolerance`.
+// note: distances must ascend: each has only one possible k_i by then, because those before it have narrowed q
 Interval narrowQuantum(std::span<const double> distances, double guess, double tolerance, double fixed_error)
 {
     Interval q{guess * (1 - tolerance), guess * (1 + tolerance)};
@@ -99,7 +102,7 @@ Interval narrowQuantum(std::span<const double> distances, double guess, double t
     return q;
 }
 
-// Candidates for the quantum of one level from its coordinates alone, most likely first.
+// Values that the quantum of one level may have, most likely first, found from its coordinates alone.
 std::vector<float> recoverQuantum(std::span<const GridSample> samples, int32_t level, bool has_origin)
 {
     std::vector<double> values;
@@ -111,19 +114,19 @@ std::vector<float> recoverQuantum(std::span<const GridSample> samples, int32_t l
     if (values.empty())
         return {};
 
-    // with an unknown origin, noise covers both roundings of two coordinates: the products are larger than the
-    // coordinates
+    // with an unknown origin, a difference has the rounding errors of two coordinates and of two products before the
+    // origin was added, which are larger than the coordinates
     const double noise = has_origin ? 2 * ulp(4 * std::max(std::fabs(values.front()), std::fabs(values.back()))) : 0;
     Gap gap = smallestGap(values, noise);
     if (!has_origin) {
-        // the distance from zero is one too, and the most precise
+        // the smallest value above zero is a multiple too, and the most precise one
         const auto first = std::upper_bound(values.begin(), values.end(), 0.0);
         if (first == values.end())
             return {};
         if (gap.size == 0 || *first < gap.size * (1 - gap.tolerance))
             gap = {*first, 1e-6};
     }
-    // note: floats are a grid themselves, of their own last place; that one is of no use
+    // note: the values of floats lie on a grid of their own, that of their last place, which is not the one wanted
     if (!(gap.size > 16 * ulp(std::max(std::fabs(values.front()), std::fabs(values.back())))))
         return {};
     const double start = has_origin ? values.front() : 0;
@@ -133,7 +136,7 @@ std::vector<float> recoverQuantum(std::span<const GridSample> samples, int32_t l
             distances.push_back(v - start);
 
     std::vector<float> candidates;
-    // the smallest gap seen may be several quanta
+    // the smallest difference in the sample may be several quanta
     for (int divisor = 1; divisor <= 16 && candidates.empty(); ++divisor) {
         const Interval q = narrowQuantum(distances, gap.size / divisor, gap.tolerance, noise);
         if (!q.empty() && q.high - q.low < 1e-5 * q.high)
@@ -174,7 +177,8 @@ public:
 private:
     [[nodiscard]] float quantumOf(const GridSample& s) const { return m_quantum[size_t(s.level - m_level_min)]; }
 
-    // origin modulo the coarsest quantum present; false if the coordinates do not agree on one
+    // Finds the origin modulo the coarsest quantum in the sample; returns false if the coordinates contradict each
+    // other.
     bool findPhase()
     {
         double reference = 0;
@@ -201,8 +205,8 @@ private:
         return high - low < 0.5 * m_step;
     }
 
-    // A float close to `center` that reproduces all samples. m_samples ascend in magnitude: the first ones
-    // allow the least, so a wrong center is left after a few of them.
+    // Returns an origin close to `center` with which all samples are reproduced. m_samples are ordered by magnitude:
+    // small ones fix the origin best, so a wrong `center` is given up after a few.
     std::optional<float> tryNear(double center)
     {
         const double reach = std::min(m_tolerance + 2 * ulp(center), 0.5 * m_step);
@@ -239,10 +243,11 @@ std::optional<GridPoint> locateOnGrid(float value, float quantum, float origin)
     const double k = std::round((double(value) - double(origin)) / double(quantum));
     if (!(std::fabs(k) < kMaxQuanta))
         return std::nullopt;
-    // -0.0 is a zero of the grid with a flag, so the grid must have that zero
+    // -0.0 is stored as quantum 0 with a flag, so the grid must reach zero
     const bool negative_zero = value == 0 && std::signbit(value);
     const uint32_t stored = std::bit_cast<uint32_t>(negative_zero ? 0.0f : value);
-    // neighbours matter where a quantum is about as small as a unit in the last place
+    // tries neighbours, too, because the rounding of k can be off where a quantum is about as small as a unit in the
+    // last place
     for (const int64_t quanta : {int64_t(k), int64_t(k) - 1, int64_t(k) + 1})
         if (std::abs(quanta) < kMaxQuanta &&
             std::bit_cast<uint32_t>(gridCoordinate(int32_t(quanta), quantum, origin, false)) == stored)

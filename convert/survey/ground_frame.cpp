@@ -25,7 +25,7 @@ void setHeights(std::span<const dvec3> points, std::span<const SourceCamera> cam
         frame.view_height = quantile(heights, 0.5);
 }
 
-// Principal axes of the points' scatter about their mean.
+// Principal axes of how the points scatter about their mean.
 PrincipalAxes axesOf(std::span<const dvec3> points)
 {
     const dvec3 mean = meanOf(points);

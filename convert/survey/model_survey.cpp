@@ -20,16 +20,19 @@ namespace gsc {
 namespace {
 
 constexpr size_t kLeastAnchors = 16, kLeastSeen = 100;
-constexpr size_t kMostViews = 256;       // a longer capture is sampled evenly
-constexpr double kAerialPitch = 10;      // degrees below the horizon, median of the cameras
-constexpr double kAerialAbove = 0.8;     // aerial: this share of the well-seen anchors lies below the median camera
-constexpr double kUprightAgreement = 40; // degrees between the ground's normal and the cameras' up
-constexpr double kAerialMetres = 20;     // the capture height of an aerial model
-// least eye height, in viewing distances: below it, the ground was hardly found
+constexpr size_t kMostViews = 256;  // most cameras that are used; of more, an even sample
+constexpr double kAerialPitch = 10; // aerial: the median camera looks down by at least so many degrees
+// aerial: at least this share of the well-seen anchors lies below the median camera
+constexpr double kAerialAbove = 0.8;
+// largest angle in degrees between the ground's normal and the cameras' up
+constexpr double kUprightAgreement = 40;
+constexpr double kAerialMetres = 20; // metres above ground, assumed for an aerial model
+// Least eye height as a share of the viewing distance; if it is below, the ground was probably not found.
 constexpr double kLeastEyeHeight = 0.02;
-constexpr double kInwardMetres = 3; // distance to the middle of the photographs, if the capture looks inward
+// metres from a camera to what it shows, assumed if the cameras look inward
+constexpr double kInwardMetres = 3;
 
-// Training cameras, or all where too few were trained on.
+// The training cameras, or all cameras if there are too few of those.
 std::vector<SourceCamera> storedCameras(const GscView& view)
 {
     std::vector<SourceCamera> all;
@@ -45,7 +48,8 @@ std::vector<SourceCamera> storedCameras(const GscView& view)
     return everyNth(all, kMostViews);
 }
 
-// Depth of the anchors in the middle quarter of each image; drops cameras that see none there.
+// Sets for each camera the median depth of the well-seen anchors in the middle quarter of its picture. Removes cameras
+// that see none there.
 void measureDistances(ModelSurvey& survey)
 {
     std::vector<double> depths;

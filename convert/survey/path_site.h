@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The place that a viewer moves about in: its ground, its scale and its levels of detail.
+// The place that a viewer moves about in: ground, scale and levels of detail.
 #pragma once
 
 #include "convert/survey/ground_frame.h"
@@ -9,18 +9,19 @@
 
 namespace gsc {
 
-constexpr double kEyeHeight = 1.6; // metres
+constexpr double kEyeHeight = 1.6; // metres above the ground
 
 constexpr double degrees(double angle)
 {
     return angle * kPi / 180;
 }
 
-// The place a set of paths is made for. World units, unless a field says otherwise. `low` and `high` are those of the
-// built ground; the model was photographed from `view_height`.
+// The place that a set of paths is made for, in world units unless a field says otherwise. low and high are the edges
+// of the built ground; the model was photographed from about view_height.
 struct PathSite : GroundFrame {
     double metre = 1; // world units that stand for one metre of a viewer's body
-    // Octree-GS: level = round_rule(log(standard_dist / distance) / log(fork)) in 0..finest_level
+    // Octree-GS's choice of a level: rounded log(standard_dist / distance) / log(fork), between 0 and finest_level.
+    // level_rule tells how it is rounded.
     LevelRule level_rule = LevelRule::None;
     double standard_dist = 0;
     uint32_t fork = 2;

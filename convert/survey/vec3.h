@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Double-precision vectors of the sample generator; also its linear RGB colours.
+// Double-precision vectors for the survey and the sample generator, which uses them for linear RGB colours, too.
 #pragma once
 
 #include <glm/common.hpp>
@@ -17,7 +17,7 @@ constexpr double kPi = std::numbers::pi;
 using glm::dvec3;
 using glm::smoothstep;
 
-// note: glm::mix() rounds otherwise, and a sample's bytes must stay as they are
+// note: not glm::mix(), which rounds differently, because the bytes of a sample must not change
 inline dvec3 lerp(dvec3 a, dvec3 b, double t)
 {
     return a + (b - a) * t;
@@ -27,7 +27,7 @@ inline double lerp(double a, double b, double t)
     return a + (b - a) * t;
 }
 
-// Zero stays zero.
+// Unit vector; the zero vector stays zero.
 inline dvec3 normalized(dvec3 a)
 {
     return dot(a, a) > 0 ? glm::normalize(a) : a;

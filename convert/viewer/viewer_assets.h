@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files of page/ and PlayCanvas, which lie in the program.
+// The files of page/ and the library PlayCanvas, which are part of the program.
 #pragma once
 
 #include <string_view>
 
 namespace gsc {
 
-std::string_view viewerTemplate(); // page/viewer.html, with the marks of viewer_page.cpp
+std::string_view viewerTemplate(); // page/viewer.html, with the marks that viewer_page.cpp replaces
 std::string_view viewerStyle();
 std::string_view viewerScript();
 std::string_view playcanvasScript();

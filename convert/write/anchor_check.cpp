@@ -10,7 +10,7 @@ namespace gsc {
 
 namespace {
 
-// note: on the bits and without a branch, so that it vectorises; every float of the checkpoint passes here
+// note: tests the bits without a branch, so that the loop is vectorised; every float of a checkpoint is tested here
 bool allFinite(const float* values, size_t count)
 {
     uint32_t bad = 0;
@@ -19,7 +19,7 @@ bool allFinite(const float* values, size_t count)
     return bad == 0;
 }
 
-// Every slot's offset is finite, or masked as a whole.
+// Returns true if the offset of every slot is finite, or the slot is masked and `masks` allows that.
 bool offsetsGood(const float* offset, uint32_t n_offsets, bool masks)
 {
     if (allFinite(offset, 3 * size_t(n_offsets)))
@@ -42,7 +42,7 @@ AnchorFault findAnchorFault(const AnchorBatch& batch, size_t i, uint32_t feat_di
         !offsetsGood(offset, n_offsets, masks) || !allFinite(&batch.feature[size_t(feat_dim) * i], feat_dim))
         return AnchorFault::NotFinite;
     for (int c = 0; c < 6; ++c)
-        if (!(scale[c] <= FLT_MAX)) // NaN or +inf
+        if (!(scale[c] <= FLT_MAX)) // true for NaN and +inf
             return AnchorFault::NotFinite;
     for (int c = 0; c < 6; ++c)
         if (scale[c] > kMaxLogScale)
@@ -54,8 +54,9 @@ AnchorFault findAnchorFault(const AnchorBatch& batch, size_t i, uint32_t feat_di
         float largest = 0;
         for (uint32_t k = 0; k < n_offsets; ++k)
             largest = std::max(largest, std::fabs(offset[3 * k + axis]));
-        // a cheap test passes all real values: exp(44) < 2^64 and the product is far below the limit
-        if (largest > 1e10f && std::log(double(largest)) + double(scale[axis]) > 69.0) // 1e30
+        // real offsets are below 1e10, so the logarithm is rarely needed; with exp(scale) at most exp(44) < 2^64 their
+        // product is far below the limit
+        if (largest > 1e10f && std::log(double(largest)) + double(scale[axis]) > 69.0) // logarithm of 1e30
             return AnchorFault::HugeOffset;
     }
     return AnchorFault::None;

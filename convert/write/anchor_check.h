@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Anchors that a renderer cannot show at all, and why (format facts, traps 15, 18, 19).
+// Finds anchors that a renderer cannot show at all, and why.
 #pragma once
 
 #include "convert/input/checkpoint.h"
@@ -10,10 +10,11 @@ namespace gsc {
 
 enum class AnchorFault : uint32_t {
     None = 0,
-    NotFinite,  // NaN or infinity in position, level bias, offset, feature, scale (+inf) or rotation
-    HugeScale,  // exp(scale) squared overflows fp32: upstream's covariance becomes infinite and paints the image
-    HugeOffset, // a Gaussian centre overflows fp32
-    OutOfReach, // position outside the range of a float grid or an index
+    NotFinite, // NaN or infinity in position, level bias, offset, feature, scale (+inf) or rotation
+    // exp(scale) squared overflows fp32: the trainer's covariance becomes infinite and covers the whole picture
+    HugeScale,
+    HugeOffset, // the centre of one of its Gaussians overflows fp32
+    OutOfReach, // position beyond kMaxCoordinate
     Count,
 };
 constexpr const char* kAnchorFaultTexts[] = {"no fault", "a value that is not finite",
@@ -21,12 +22,13 @@ constexpr const char* kAnchorFaultTexts[] = {"no fault", "a value that is not fi
                                              "an offset that puts a gaussian out of reach", "a position out of reach"};
 static_assert(std::size(kAnchorFaultTexts) == size_t(AnchorFault::Count));
 
-// Square of exp(44) is the last covariance below FLT_MAX; -inf is legal and means a Gaussian of size zero.
+// Largest logarithm of a scale: the square of exp(44) is just below FLT_MAX. -inf is allowed and means a Gaussian of
+// size zero.
 constexpr float kMaxLogScale = 44.0f;
 constexpr float kMaxCoordinate = 1e30f;
 
-// The fault of anchor `i` of a batch that holds all fields. Opacity and normal are never looked at: they do not render.
-// `masks`: slots may be masked (kModelMaskedSlots).
+// Returns the first fault of anchor `i` of a batch that holds all fields. Opacity and normal are not tested, because
+// they are not drawn. `masks`: slots may be masked (kModelMaskedSlots).
 [[nodiscard]] AnchorFault findAnchorFault(const AnchorBatch& batch, size_t i, uint32_t feat_dim, uint32_t n_offsets,
                                           bool masks);
 

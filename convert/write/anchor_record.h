@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// An anchor on its way into its chunk: the values of all its arrays one after the other, in the order of ChunkArray.
-// A record is as large as the anchor's share of the payload, so that a chunk's records fit where its payload goes.
+// One anchor while it is sorted into its chunk: its values of all arrays one after the other, in the order of
+// ChunkArray. A record has as many bytes as the anchor takes in the payload, so that the records of a chunk fit where
+// the payload will be.
 #pragma once
 
 #include "convert/input/checkpoint.h"
@@ -13,8 +14,9 @@
 namespace gsc {
 
 struct AnchorRecordLayout {
-    uint32_t offset[uint32_t(ChunkArray::Count)]; // offset of each array's value in the record
-    uint32_t stride[uint32_t(ChunkArray::Count)]; // bytes, 0 = absent
+    uint32_t offset[uint32_t(ChunkArray::Count)]; // byte offset in a record of the anchor's value of each array
+    // bytes of the anchor's value of each array; 0 = the file has no such array
+    uint32_t stride[uint32_t(ChunkArray::Count)];
     uint32_t bytes;
 };
 
@@ -30,7 +32,7 @@ constexpr AnchorRecordLayout anchorRecordLayout(const ModelParams& params)
     return layout;
 }
 
-// Arrays of an anchor that are stored as the checkpoint has them.
+// Arrays whose values are copied from the checkpoint unchanged.
 struct CopiedArray {
     ChunkArray array;
     std::vector<float> AnchorBatch::*values;

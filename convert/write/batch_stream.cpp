@@ -13,7 +13,7 @@ namespace gsc {
 
 void forEachBatch(AnchorSource& source, uint32_t fields, const std::function<void(const AnchorBatch&)>& work)
 {
-    constexpr size_t kBatches = 3; // one is filled, one is worked on, one waits
+    constexpr size_t kBatches = 3; // one batch is filled, one is worked on, one waits
     std::array<AnchorBatch, kBatches> batches;
     tbb::concurrent_queue<AnchorBatch*> unused;
     for (AnchorBatch& batch : batches)
@@ -24,7 +24,7 @@ void forEachBatch(AnchorSource& source, uint32_t fields, const std::function<voi
     const auto read = [&](tbb::flow_control& control) -> AnchorBatch* {
         throwIfInterrupted();
         AnchorBatch* batch = nullptr;
-        // note: never empty, since no more than kBatches tokens are in flight
+        // note: the queue is never empty here, since at most kBatches batches are in the pipeline
         if (!unused.try_pop(batch) || !source.next(*batch, fields, kBatchRows)) {
             control.stop();
             return nullptr;

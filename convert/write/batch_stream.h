@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads an AnchorSource from its start to its end, the next batch being read while the last one is worked on.
+// Reads an AnchorSource to its end; the next batch is read while the last one is worked on.
 #pragma once
 
 #include "convert/input/checkpoint.h"
@@ -12,11 +12,11 @@ namespace gsc {
 
 constexpr size_t kBatchRows = 8192; // anchors per batch
 
-// Calls `work` with every batch, in order, one at a time (not always from the calling thread). Rethrows what
-// `source` or `work` throws. Asks throwIfInterrupted() per batch.
+// Calls `work` with every batch, in order, one at a time, but not always from the calling thread. Throws what `source`
+// or `work` throws, and Error(Interrupted).
 void forEachBatch(AnchorSource& source, uint32_t fields, const std::function<void(const AnchorBatch&)>& work);
 
-// Walks the rows that were dropped in the scan: isDropped() must be called with ascending rows.
+// Tells which rows the scan dropped. isDropped() must be called with ascending rows.
 class DroppedRows {
 public:
     explicit DroppedRows(std::span<const uint64_t> rows) : m_rows(rows) {}
@@ -28,7 +28,7 @@ public:
         ++m_next;
         return true;
     }
-    [[nodiscard]] uint64_t before() const { return m_next; } // dropped rows met so far
+    [[nodiscard]] uint64_t before() const { return m_next; } // number of dropped rows before the row asked for last
 
 private:
     std::span<const uint64_t> m_rows;

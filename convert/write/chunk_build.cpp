@@ -16,8 +16,8 @@ namespace gsc {
 
 namespace {
 
-// The renderer computes a + offset * exp(scale) in fp32 with an exp of a few ulps; bounds are computed in double and
-// widened by more than its rounding: 16 ulps of the product, 4 of the sum.
+// The renderer computes a + offset * exp(scale) in fp32 with an exp() that is off by a few ulps. So bounds are computed
+// in double and widened by more than its rounding: by 16 ulps of the product and 4 of the sum.
 constexpr double kProductSlack = 0x1p-20, kSumSlack = 0x1p-22;
 
 float roundDown(double value)
@@ -37,7 +37,7 @@ float sigmaBound(float log_scale)
     return roundUp(std::exp(double(log_scale)) * (1 + kProductSlack));
 }
 
-template <typename Record> // ChunkRecord and GroupRecord name these alike
+template <typename Record> // ChunkRecord and GroupRecord have fields of these names
 void clearBounds(Record& record)
 {
     std::fill_n(record.anchor_min, 3, FLT_MAX);
@@ -69,7 +69,8 @@ public:
     {
     }
 
-    // Morton key of the cell in the chunk, above the place among the records: leaf, cell, source index in one number.
+    // Sort keys of the records: Morton key of the cell within the chunk in the high half, number of the record in the
+    // low half. They sort by leaf, then cell, then source index.
     [[nodiscard]] std::vector<uint64_t> sortedKeys(std::span<const std::byte> records) const
     {
         std::vector<uint64_t> keys(m_chunk.anchor_count);
@@ -93,11 +94,11 @@ public:
         }
     }
 
-    // Sets the bounds of the group, whose anchors are those of the chunk from `first` on.
+    // Sets the bounds of a group: its group.anchor_count anchors begin with number `first` of the chunk.
     void setBounds(const ChunkValues& anchors, uint32_t first, GroupRecord& group) const
     {
         clearBounds(group);
-        float anchor_scale = -INFINITY, gaussian_scale = -INFINITY; // logs
+        float anchor_scale = -INFINITY, gaussian_scale = -INFINITY; // natural logarithms
         for (uint32_t i = first; i < first + group.anchor_count; ++i) {
             const std::array<float, 3> position = anchors.position(i);
             const float* scale = anchors.values(ChunkArray::Scale, i);
@@ -105,11 +106,11 @@ public:
             for (int axis = 0; axis < 3; ++axis) {
                 float low = FLT_MAX, high = -FLT_MAX;
                 for (uint32_t k = 0; k < m_params.n_offsets; ++k) {
-                    // note: a masked slot is NaN, which either comparison passes over
+                    // note: offsets of a masked slot are NaN, which neither comparison takes
                     low = std::min(low, offset[3 * k + axis]);
                     high = std::max(high, offset[3 * k + axis]);
                 }
-                if (low > high) // all masked
+                if (low > high) // all slots are masked
                     low = high = 0;
                 const double a = position[axis], extent = std::exp(double(scale[axis]));
                 const double near = low * extent, far = high * extent;
@@ -153,7 +154,7 @@ public:
     }
 
 private:
-    // Quanta from the chunk's origin.
+    // Position of a record's anchor in quanta from the origin of the chunk.
     [[nodiscard]] std::array<uint32_t, 3> localOf(const std::byte* record) const
     {
         if (m_params.position_encoding == uint32_t(PositionEncoding::Grid)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Records of one chunk -> its payload, groups and leaves.
+// Makes the payload, the groups and the leaves of a chunk from its records.
 #pragma once
 
 #include "convert/write/partition.h"
@@ -13,13 +13,14 @@
 namespace gsc {
 
 struct LeafBuild {
-    LeafRecord record; // nanovdb_index not filled in
-    uint64_t cells[8]; // occupied cells, bit z of byte y of word x, as OpenVDB's leaf masks have them
+    LeafRecord record; // all but nanovdb_index, which buildNanoVdb() sets
+    uint64_t cells[8]; // occupied cells of the leaf: bit z of byte y of word x, as in OpenVDB's masks
 };
 
-// `chunk` holds its place (level_index, anchor_count, anchor_first, group_first, group_count, origin, payload_*);
-// the rest is filled in. `records`: the chunk's records in source order. `payload`: payload_bytes zeros.
-// `groups`: the chunk's group_count records. `index` (source index -> anchor) gets the chunk's entries.
+// `chunk` must have its place set (level_index, anchor_count, anchor_first, group_first, group_count, origin,
+// payload_*); its other fields are set here. `records`: the records of the chunk in the order of the source. `payload`:
+// payload_bytes bytes, all zero. `groups`: the group_count records of the chunk. `index`: for each source index the
+// number of the anchor; the entries of this chunk are set.
 void buildChunk(const ModelParams& params, const LevelRecord& level, uint32_t chunk_index,
                 std::span<const std::byte> records, ChunkRecord& chunk, std::span<std::byte> payload,
                 std::span<GroupRecord> groups, std::vector<LeafBuild>& leaves, std::span<uint32_t> index);

@@ -14,9 +14,9 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kMaxChunkBuffer = 1 << 20; // larger writes gain nothing
+constexpr uint64_t kMaxChunkBuffer = 1 << 20; // bytes of a chunk's buffer; larger ones gain nothing
 
-// Write-combining buffers, one per chunk.
+// Collects the records of each chunk in a buffer and writes it when it is full.
 class RegionWriter {
 public:
     RegionWriter(std::span<const ChunkRecord> chunks, uint32_t record_bytes, uint64_t buffer_bytes, GscWriter& writer)
@@ -56,7 +56,7 @@ public:
 private:
     struct Buffer {
         std::vector<std::byte> bytes;
-        uint32_t held = 0, written = 0; // records
+        uint32_t held = 0, written = 0; // records in the buffer; records written
     };
 
     void flush(uint32_t chunk)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Second pass over a checkpoint: every anchor is appended, as a record, to the region of its chunk in ANCH.
+// Second pass over a checkpoint: appends every anchor, as a record, to the place of its chunk in section ANCH.
 #pragma once
 
 #include "convert/write/partition.h"
@@ -11,8 +11,8 @@
 
 namespace gsc {
 
-// `chunks` gives the regions (payload_offset); `buffer_bytes` bounds the memory for gathering records before they are
-// written. Records of a chunk are in source order. Throws Error (Io, InvalidFile if the source changed).
+// `chunks`: where the chunks lie (payload_offset). `buffer_bytes`: memory for records that wait to be written. Records
+// of a chunk are written in the order of the source. Throws Error (Io, InvalidFile if the source has changed).
 void distributeAnchors(AnchorSource& source, const ScanResult& scan, const Partition& partition,
                        const ModelParams& params, std::span<const ChunkRecord> chunks, uint64_t buffer_bytes,
                        GscWriter& writer, const std::function<void(uint64_t)>& progress);

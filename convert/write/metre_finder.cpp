@@ -36,7 +36,8 @@ Metre MetreFinder::derive(const Checkpoint& checkpoint)
     } catch (const Error& e) {
         if (e.code() != ErrorCode::Unsupported)
             throw;
-        return {}; // a few anchors, or all in one place
+        // the anchors are too few, or all in one place
+        return {};
     }
 }
 

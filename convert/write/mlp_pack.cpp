@@ -17,10 +17,10 @@ namespace {
 constexpr uint32_t kHeads = 3;
 constexpr uint64_t kWeightAlign = 64;
 constexpr uint64_t kPackedAlign = 256;
-constexpr uint32_t kTileK = 16, kTileN = 8; // tile of the instruction mma.sync.m16n8k16
-constexpr uint32_t kViewInputs = 5;         // direction, distance, level
+constexpr uint32_t kTileK = 16, kTileN = 8; // size of a matrix tile of the GPU instruction mma.sync.m16n8k16
+constexpr uint32_t kViewInputs = 5;         // direction (3), distance, level
 
-// Rows of the fused first layer that the inputs of a head go to, in the head's own order.
+// For each input of one of the three heads: the row of the fused first layer, which has a row for every possible input.
 std::vector<uint32_t> fusedRows(uint32_t inputs, uint32_t feat_dim, uint32_t appearance_dim)
 {
     std::vector<uint32_t> rows(feat_dim + 3);
@@ -35,7 +35,7 @@ std::vector<uint32_t> fusedRows(uint32_t inputs, uint32_t feat_dim, uint32_t app
     return rows;
 }
 
-// Appends `count` zeroed values of T, aligned, and returns their offset.
+// Appends `count` zeros of type T at the next multiple of `alignment` bytes; returns their byte offset.
 template <typename T>
 uint64_t appendArray(std::vector<std::byte>& bytes, uint64_t count, uint64_t alignment)
 {
@@ -50,7 +50,8 @@ T* at(std::vector<std::byte>& bytes, uint64_t offset)
     return reinterpret_cast<T*>(bytes.data() + offset);
 }
 
-// rows x columns finite floats, row-major -> halves in fragment order; rows and columns are multiples of a tile.
+// Converts a row-major matrix to halves in the order in which the GPU instruction loads them. `stride`: floats from row
+// to row. rows and columns must be multiples of a tile, all values finite.
 void packFragments(const float* matrix, uint32_t stride, uint32_t rows, uint32_t columns, uint16_t* out)
 {
     for (uint32_t kt = 0; kt < rows / kTileK; ++kt)
@@ -59,7 +60,7 @@ void packFragments(const float* matrix, uint32_t stride, uint32_t rows, uint32_t
                 for (uint32_t half = 0; half < 4; ++half) {
                     const uint32_t row = kt * kTileK + 2 * (lane % 4) + half % 2 + (half / 2) * 8;
                     const uint32_t column = nt * kTileN + lane / 4;
-                    // one infinite weight would turn whole images into NaN
+                    // clamped to the largest half, because one infinite weight would turn whole pictures into NaN
                     *out++ = floatToHalf(std::clamp(matrix[size_t(row) * stride + column], -65504.0f, 65504.0f));
                 }
 }
@@ -131,7 +132,7 @@ std::vector<std::byte> packMlps(std::span<const Mlp> mlps, uint32_t feat_dim, ui
             appendArray<uint16_t>(bytes, uint64_t(header.hidden_pad) * header.out_pad[h], kPackedAlign);
     std::memcpy(bytes.data(), &header, sizeof(header));
 
-    // part of the first layer that the half-precision path reads: no appearance rows, zero rows up to k_pad
+    // first layer for half precision: without the rows of the appearance, and with rows of zeros up to k_pad
     std::vector<float> first_k(size_t(header.k_pad) * columns);
     for (uint32_t h = 0; h < kHeads; ++h) {
         const LinearLayer& first = mlps[h].layers[0];

@@ -46,7 +46,7 @@ Json optionsJson(const WriteOptions& options)
             {"sensitivity", sensitivityName(options.sensitivity)}};
 }
 
-// Facts of section SENS; null without one.
+// Manifest entry of section SENS; null if the file has none.
 Json sensitivityJson(const ManifestFacts& facts)
 {
     if (facts.sensitivity.empty())
@@ -129,7 +129,8 @@ Json encodingJson(const ModelParams& p)
             {"mlp", "float32 canonical, float32 and float16 packed"}};
 }
 
-// Adds the facts of a file made from others: its checkpoint is theirs, and its values may differ from the checkpoint's.
+// Adds the facts of a file that was made from other files: those of its source, and that its values are rounded if a
+// bake made it.
 void tellFacts(const Json& facts, Json& manifest)
 {
     for (const auto& [name, fact] : facts.items())
@@ -224,7 +225,7 @@ ModelParams modelParams(const Checkpoint& checkpoint)
     p.level_min = checkpoint.level_min;
     p.level_clamp = checkpoint.level_clamp;
     p.standard_dist = checkpoint.standard_dist;
-    // trap 11: the LOD rule measures with the trainer's value, whatever the positions are stored as
+    // the level rule uses the trainer's voxel size, even where positions are stored as floats
     p.voxel_size = checkpoint.flags & kModelHasLevels ? checkpoint.voxel_size : 0;
     p.raster_rules = uint32_t(checkpoint.raster_rules);
     p.near_z = checkpoint.raster_rules == RasterRules::Gsplat ? 0.01f : 0.2f;
@@ -268,7 +269,7 @@ std::string manifestText(const ManifestFacts& facts)
           {"verified", "every position was reproduced bit for bit while baking; the other values are copied"}}}};
     if (facts.options->source)
         tellFacts(Json::parse(facts.options->source->facts), manifest);
-    // text from file names may be anything
+    // text that came from file names may not be UTF-8: bad bytes are replaced
     return manifest.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

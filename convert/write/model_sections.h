@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sections of a .gsc that do not depend on the anchors' places: embedding, cameras, model parameters, manifest.
+// Makes the sections of a .gsc that do not depend on where the anchors lie: embedding, cameras, model parameters,
+// manifest.
 #pragma once
 
 #include "convert/write/write_gsc.h"
@@ -14,17 +15,18 @@
 
 namespace gsc {
 
-// Rows of the embedding that are kept: all, or one. Throws Error(Usage) if `appearance` is not a row.
+// Numbers of the embedding rows that the file keeps: all, or the one that `appearance` names (-1 = all). Throws
+// Error(Usage) if there is no such row.
 std::vector<uint32_t> keptEmbeddingRows(const Checkpoint& checkpoint, int appearance);
-// Precondition: it has the row.
+// Values of the embedding row `number`. Precondition: the checkpoint has that row.
 const float* embeddingRow(const Checkpoint& checkpoint, uint32_t number);
 std::vector<std::byte> embeddingSection(const Checkpoint& checkpoint, const std::vector<uint32_t>& rows);
 std::vector<std::byte> cameraSection(const Checkpoint& checkpoint);
 
-// Everything the checkpoint alone decides; counts, bounds and grid are the caller's.
+// Parameters that the checkpoint alone decides. The caller sets counts, bounds and grid.
 ModelParams modelParams(const Checkpoint& checkpoint);
 
-// The options that decide the bytes of the file, as compact JSON: input of FileHeader::config_hash.
+// The options that decide the bytes of the file, as compact JSON, for FileHeader::config_hash.
 std::string effectiveOptions(const WriteOptions& options);
 
 struct ManifestFacts {
@@ -34,10 +36,11 @@ struct ManifestFacts {
     uint64_t source_rows, dropped;
     uint64_t source_hash, config_hash;
     std::vector<uint32_t> embedding_rows;
-    std::span<const AnchorSensitivity> sensitivity; // empty if there are none
-    Metre metre;                                    // units 0 = none could be derived
+    std::span<const AnchorSensitivity> sensitivity; // one per anchor; empty if the file has no section SENS
+    Metre metre;                                    // its units are 0 if no metre could be derived
 };
-// UTF-8 JSON without times, absolute paths or anything else that is not of the model and the options.
+// The manifest as UTF-8 JSON. It has no times, absolute paths or other facts that do not come from the model or the
+// options.
 std::string manifestText(const ManifestFacts& facts);
 
 } // namespace gsc

@@ -17,17 +17,18 @@ namespace gsc {
 namespace {
 
 constexpr int kFitRounds = 4;
-constexpr size_t kMaxFailures = 4096; // coordinates added to the sample per round
-constexpr int kFloatQuantaLog2 = 17;  // float positions: quanta between 0 and the largest coordinate
+constexpr size_t kMaxFailures = 4096; // most coordinates that are added to the sample after a failed fit
+// binary logarithm of the quanta between 0 and the largest coordinate, if positions are floats
+constexpr int kFloatQuantaLog2 = 17;
 
 const char* const kStoredAsFloats = "positions are stored as floats, which takes 4 more bytes per anchor";
 
-// note: the keys are already well mixed in their low bits, but neighbours differ only there
+// note: keys of neighbours differ in the low bits only, and these vary enough; the product spreads them
 struct KeyHash {
     size_t operator()(uint64_t key) const { return size_t(key * 0x9e3779b97f4a7c15ull >> 20); }
 };
 
-// Anchors per finest node (128 quanta wide) of one level. Memory grows with the nodes.
+// Counts the anchors in each finest node (a cube of 128 quanta) of one level. Memory grows with the number of nodes.
 class NodeCounter {
 public:
     void add(uint64_t key)
@@ -47,7 +48,8 @@ public:
     }
 
 private:
-    std::unordered_map<uint64_t, uint64_t, KeyHash> m_counts; // references stay valid when it grows
+    // pointers to its values stay valid when it grows
+    std::unordered_map<uint64_t, uint64_t, KeyHash> m_counts;
     uint64_t* m_last = nullptr;
     uint64_t m_last_key = 0;
 };
@@ -67,7 +69,8 @@ void setGrid(Partition& partition, const Grid& grid, uint32_t fork)
     }
 }
 
-// A power of two, so that position / quantum is exact; the range leaves 4 nodes per axis at the coarsest cell.
+// Sets quanta for float positions: a power of two, so that position / quantum is exact. With the largest cells there
+// are still 4 nodes along each axis.
 void setFloatGrid(Partition& partition)
 {
     double largest = 0;
@@ -85,12 +88,12 @@ void setFloatGrid(Partition& partition)
 }
 
 struct FitCheck {
-    uint64_t failed = 0;               // anchors
-    std::vector<GridSample> examples;  // coordinates that failed
-    std::vector<NodeCounter> counters; // per level, complete if nothing failed
+    uint64_t failed = 0;               // number of anchors off the grid
+    std::vector<GridSample> examples;  // some coordinates off the grid
+    std::vector<NodeCounter> counters; // one per level; without the anchors off the grid
 };
 
-// Calls `fail` with every coordinate that is not on the grid.
+// Quanta of a position. Calls `fail` with each coordinate that is not on the grid.
 template <typename Fail>
 QuantaPosition placeOrFail(PositionEncoding encoding, const LevelRecord& level, const float position[3], Fail&& fail)
 {
@@ -135,7 +138,8 @@ FitCheck countNodes(AnchorSource& source, const ScanResult& scan, const Partitio
     return check;
 }
 
-// How far the positions are from a grid: the grid of most of them is found in a part of the sample without outliers.
+// Text of a warning that says how many anchors lie off the grid. The grid is that of the other anchors, found from a
+// part of the sample that holds none of the outliers.
 std::string describeMisfit(AnchorSource& source, const ScanResult& scan, Partition& partition, const GridHints& hints,
                            const std::function<void(uint64_t)>& progress)
 {
@@ -161,7 +165,7 @@ std::string describeMisfit(AnchorSource& source, const ScanResult& scan, Partiti
                         size.c_str(), kStoredAsFloats);
 }
 
-// OpenVDB takes no grid whose voxels are smaller: the cube of a side must stay above its tolerance.
+// Smallest cell_log2 that OpenVDB accepts for a level: it takes no smaller voxels than kLeastCell.
 uint32_t leastCellLog2(double quantum)
 {
     uint32_t log2 = 0;
@@ -170,7 +174,8 @@ uint32_t leastCellLog2(double quantum)
     return log2;
 }
 
-// Smallest cell whose nodes hold `wanted` anchors on average; if none does, the smallest that gives the fewest nodes.
+// Chooses the smallest cell with which a node holds `wanted` anchors on average; if none is large enough, the smallest
+// of those with the fewest nodes. Each node becomes a chunk.
 void chooseCells(LevelPlan& level, const NodeCounter& counter, uint64_t wanted, std::vector<ChunkRecord>& chunks,
                  uint32_t level_index)
 {
@@ -214,7 +219,8 @@ void choose(Partition& partition, const FitCheck& check, uint64_t wanted)
     }
 }
 
-// A chunk spans 2^16 quanta at most; anchors that are farther apart than that make chunks of next to nothing.
+// Returns true if the grid makes very many chunks of very few anchors: a chunk can be at most 2^16 quanta wide, so a
+// fine grid scatters distant anchors over chunks.
 bool isTooFine(const Partition& partition, uint64_t anchors, uint64_t wanted)
 {
     constexpr uint64_t kManyChunks = 64, kFewAnchors = 2 * kGroupSize;
@@ -243,7 +249,7 @@ Partition planPartition(AnchorSource& source, ScanResult& scan, const Checkpoint
     hints.voxel_size = checkpoint.voxel_size;
     hints.fork = checkpoint.fork;
     hints.may_have_origin = checkpoint.flags & kModelHasLevels;
-    // the file has one voxel size for the positions and the LOD rule
+    // the file stores one voxel size for positions and level rule, so the level rule's cannot be changed
     hints.fixed = modelParams(checkpoint).voxel_size > 0;
     Partition partition;
     for (const auto& [value, level] : scan.levels)
@@ -258,7 +264,7 @@ Partition planPartition(AnchorSource& source, ScanResult& scan, const Checkpoint
         setGrid(partition, *grid, hints.fork);
         check = countNodes(source, scan, partition, progress);
         exact = check.failed == 0;
-        // the choice made from the sample was wrong: the failed position decides
+        // the grid found from the sample does not fit all: the coordinates off it join the sample
         scan.samples.insert(scan.samples.end(), check.examples.begin(), check.examples.end());
     }
     if (!exact)

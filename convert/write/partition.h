@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Place of every anchor in the file: the grids, the cell size of each level, its chunks and how many anchors each
-// holds.
+// Decides where every anchor goes in the file: the grids, the cell size of each level, the chunks and how many anchors
+// each holds.
 #pragma once
 
 #include "convert/write/scan.h"
@@ -14,35 +14,36 @@
 
 namespace gsc {
 
-// A level's record as far as it is known before the chunks are built.
+// Record of a level, with all fields that are known before the chunks are built.
 struct LevelPlan : LevelRecord {
-    std::vector<uint64_t> keys; // mortonKey() of the occupied nodes >> 3 * cell_log2, ascending; a chunk each
+    std::vector<uint64_t> keys; // one per chunk, ascending: mortonKey() of the finest node >> 3 * cell_log2
 };
 
 struct Partition {
     PositionEncoding encoding = PositionEncoding::Grid;
-    Grid grid; // voxel_size 0 if the positions are floats
+    Grid grid; // voxel_size is 0 if positions are stored as floats
     std::vector<LevelPlan> levels;
-    std::vector<ChunkRecord> chunks; // file order; level_index, anchor_count and origin are set
+    std::vector<ChunkRecord> chunks; // in the order of the file; level_index, anchor_count and origin are set
     std::vector<std::string> warnings;
 
-    [[nodiscard]] uint32_t levelIndex(int32_t level) const; // precondition: the scan met the level
+    [[nodiscard]] uint32_t levelIndex(int32_t level) const; // index in `levels` of a level that the scan found
 };
 
-// Reads the placements two times or more; the checkpoint gives known facts of the grid. Throws Error(InvalidFile) if
-// the levels are more than the file can hold.
+// Plans the file; reads the positions and levels two times or more. `checkpoint` gives known facts of the grid. Throws
+// Error(InvalidFile) if there are more levels than a file can hold.
 Partition planPartition(AnchorSource& source, ScanResult& scan, const Checkpoint& checkpoint, uint64_t chunk_anchors,
                         const std::function<void(uint64_t)>& progress);
 
-// Quanta of a position in its level: exact for a grid, the cell it lies in for floats.
-// Precondition: the position is one the partition was planned with.
+// A position in quanta of its level: exact if positions are on a grid, else the cube of one quantum that it lies in.
+// Precondition: the partition was planned with this position.
 struct QuantaPosition {
     int32_t quanta[3];
-    uint16_t flags; // GridPositionFlags
+    uint16_t flags; // bit mask of GridPositionFlags
 };
 [[nodiscard]] QuantaPosition placeAnchor(PositionEncoding encoding, const LevelRecord& level, const float position[3]);
 
-// Finds the chunks of anchors; remembers the last one, since neighbours in a file are often neighbours in space.
+// Finds the chunk of an anchor. It remembers the last one, because neighbours in a checkpoint are often neighbours in
+// space.
 class ChunkFinder {
 public:
     explicit ChunkFinder(const Partition& partition) : m_partition(partition) {}

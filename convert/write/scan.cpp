@@ -15,8 +15,9 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kSampleRows = 100'000;   // spread over the file
-constexpr uint64_t kSamplesPerLevel = 4096; // the first rows of each level, so that a small level is not missed
+constexpr uint64_t kSampleRows = 100'000; // rows sampled evenly from the whole file
+// first rows of each level, which are sampled too, so that a small level is not missed
+constexpr uint64_t kSamplesPerLevel = 4096;
 
 struct FaultCount {
     uint64_t count = 0, first = 0;
@@ -107,7 +108,7 @@ private:
             m_result.placements.push_back(placement);
     }
 
-    // bit for bit: -0.0 and +0.0 differ here
+    // Compares rotation, opacity and normal with those of the first anchor bit for bit, so -0.0 and +0.0 differ.
     void addConstants(const AnchorBatch& batch, size_t i)
     {
         static constexpr float kZero[3] = {0, 0, 0};
@@ -128,7 +129,7 @@ private:
     ScanResult& m_result;
     uint64_t m_stride = 1;
     bool m_keep_placements = false;
-    LevelRecord* m_level = nullptr; // level of the last anchor
+    LevelRecord* m_level = nullptr; // record of the level of the last anchor
     std::array<FaultCount, size_t(AnchorFault::Count)> m_faults{};
 };
 

@@ -28,7 +28,7 @@ double SensitivitySampler::addChunk(int32_t level, std::span<const std::byte> pa
 {
     Stopwatch watch;
     const uint32_t count = chunk.anchor_count;
-    // a model of this chunk alone, with the sections that sensitivity reads
+    // a model of this chunk alone, with only those parts set that viewSensitivityCpu() reads
     ChunkRecord only{};
     LevelRecord only_level{};
     only_level.level = level;

@@ -9,11 +9,13 @@
 namespace gsc {
 
 struct SourceHash {
-    uint64_t hash = 0;  // FileHeader::source_hash: the PLY, then the weight files in the order they were read
-    uint64_t bytes = 0; // bytes of all files together
+    // see FileHeader::source_hash: of the PLY, then of the weight files in the order in which they were read
+    uint64_t hash = 0;
+    uint64_t bytes = 0; // size of all these files together
 };
 
-// Reads the files once more, plainly. Throws Error: Io, Interrupted (Ctrl-C, or `stop`, which may come from any thread).
+// Hashes the files of a checkpoint by reading them once more. Throws Error: Io, Interrupted (Ctrl-C, or a request on
+// `stop`, which may come from any thread).
 SourceHash hashSources(const Checkpoint& checkpoint, const std::stop_token& stop = {});
 
 } // namespace gsc

@@ -19,8 +19,8 @@ namespace gsc {
 
 namespace {
 
-// Zeroed memory for the converter, which does not write the unused parts of its nodes: a file must not depend on old
-// contents of memory.
+// Zeroed memory for NanoVDB's converter, which leaves unused parts of its nodes as they are: a file must not depend on
+// what was in memory before.
 class ZeroedBuffer {
 public:
     static ZeroedBuffer create(uint64_t bytes, const ZeroedBuffer* = nullptr)
@@ -58,7 +58,7 @@ openvdb::MaskGrid::Ptr buildMask(const LevelRecord& level, PositionEncoding enco
 {
     const auto grid = openvdb::MaskGrid::create(false);
     grid->setName(formatString("level_%d", level.level));
-    // a cell holds quanta c * w .. c * w + w - 1; OpenVDB's voxel c is centred on c
+    // cell c covers the quanta c * w .. c * w + w - 1, but the centre of OpenVDB's voxel c lies at c
     const double width = double(1u << level.cell_log2), quantum = level.quantum;
     const double middle = encoding == PositionEncoding::Grid ? (width - 1) / 2 : width / 2;
     if (width * quantum < kLeastCell)
@@ -127,10 +127,12 @@ std::string openVdbFile(std::span<const std::byte* const> grids, uint64_t id, vo
     }
     std::ostringstream out;
     openvdb::io::Stream stream(out);
-    stream.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK); // leaves have nothing to compress
+    // no other compression, because mask leaves have no values
+    stream.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK);
     stream.write(copies);
     std::string bytes = std::move(out).str();
-    // behind magic number, three versions and a flag, in hexadecimal with dashes
+    // byte 21, behind a magic number, three versions and a flag, holds a UUID in hexadecimal with dashes; it is
+    // replaced
     const std::string uuid =
         formatString("%08x-%04x-4%03x-8000-%012llx", unsigned(id >> 32), unsigned(id >> 16 & 0xffff),
                      unsigned(id >> 4 & 0xfff), static_cast<unsigned long long>(id & 0xffffffffffff));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The occupied cells of a level as a NanoVDB mask grid, built with OpenVDB, and such grids as OpenVDB's file: the module
-// gsc_index_openvdb.
+// Builds the occupied cells of a level as a NanoVDB mask grid with OpenVDB, and writes such grids as an OpenVDB file.
+// These functions lie in the module gsc_index_openvdb.
 #pragma once
 
 #include "convert/write/chunk_build.h"
@@ -12,23 +12,24 @@
 
 namespace gsc {
 
-// Returns the grid's bytes, a multiple of 32, the same for the same input; fills in LeafRecord::nanovdb_index.
-// `leaves` = all leaves of the level. World space of the grid is the model's: a voxel's centre is that of its quanta.
-// `check` is called now and then, to throw if interrupted.
+// Returns the bytes of the grid, a multiple of 32, always the same for the same input, and sets
+// LeafRecord::nanovdb_index. `leaves`: all leaves of the level. The grid has the world space of the model: the centre
+// of a voxel is the centre of its quanta. `check` is called now and then; it may throw.
 std::vector<std::byte> buildNanoVdb(const LevelRecord& level, PositionEncoding encoding, std::span<LeafBuild> leaves,
                                     void (*check)());
 
-// An OpenVDB file of NanoVDB mask grids, each a whole grid that is known to be good, with its name and its map. Equal
-// input gives equal bytes: `id` takes the place of the random number that such a file has.
+// Returns an OpenVDB file of these NanoVDB mask grids, with their names and transforms. The grids must have been
+// validated. Equal input gives equal bytes: `id` replaces the random number in such a file. `check` is called per grid;
+// it may throw.
 std::string openVdbFile(std::span<const std::byte* const> grids, uint64_t id, void (*check)());
 
-// World units: cells of a level are at least as large.
+// Least width of a cell in world units, because OpenVDB takes no smaller voxels.
 constexpr double kLeastCell = 2e-5;
 
-// Threads that OpenVDB's log starts when it is loaded, at the least.
+// Threads that the process must at least be able to start: OpenVDB's log starts some when it is loaded.
 constexpr size_t kSpatialIndexThreads = 4;
 
-struct SpatialIndexFunctions { // functions of the module
+struct SpatialIndexFunctions { // the functions above, as the module exports them
     decltype(&buildNanoVdb) build;
     decltype(&openVdbFile) file;
 };

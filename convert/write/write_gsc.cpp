@@ -49,7 +49,7 @@ uint64_t defaultBudget()
     return memory > 0 ? std::min(kMost, memory / 4) : kMost;
 }
 
-// One conversion; the members are its state from stage to stage, in the order they come into being.
+// One call of writeGscFrom(). The members are its state, in the order in which the stages set them.
 class Writer {
 public:
     Writer(const Checkpoint& checkpoint, AnchorSource& source, const WriteOptions& options, int threads,
@@ -68,13 +68,14 @@ public:
             throw Error(ErrorCode::InvalidFile, name,
                         formatString("has %llu anchors", (unsigned long long)m_checkpoint.anchor_count),
                         formatString("1 to %u", UINT32_MAX - 1), "pass a trained model of such a size");
-        // before any work: the output must be writable
+        // created before any work, because it throws if the output cannot be written
         GscWriter writer(m_options.output, m_options.overwrite);
 
-        // the second reader stays close behind the first, and so reads pages that are still in memory
+        // the thread that hashes the file reads shortly behind the scan, so its pages are still in memory
         std::stop_source stop;
         std::future<SourceHash> hash = startHash(stop.get_token());
-        const StopOnExit guard{stop}; // the future waits for its thread when an error unwinds it
+        // stops the hashing if an exception leaves this function, because the future waits for its thread
+        const StopOnExit guard{stop};
         stage("scan", [&] { scan(); });
         stage("hash", [&] { m_hash = hash.get(); });
         stage("grid", [&] { partition(); });
@@ -85,12 +86,12 @@ public:
               [&] { m_report.metre = m_metre_finder ? m_metre_finder->derive(m_checkpoint) : m_checkpoint.metre; });
         stage("index", [&] { buildIndex(); });
         stage("write", [&] { writeSections(writer); });
-        m_index = decltype(m_index)(); // note: = {} would keep the memory
+        m_index = decltype(m_index)(); // note: assigning = {} would keep the memory
         m_sensitivity.reset();
         m_nanovdb = decltype(m_nanovdb)();
         if (m_options.verify)
             stage("verify", [&] { m_options.verify(writer.temporaryPath()); });
-        throwIfInterrupted(); // the last chance
+        throwIfInterrupted(); // the last chance to stop before the output is replaced
         writer.commit();
         m_report.input_bytes = m_hash.bytes;
         return std::move(m_report);
@@ -105,7 +106,8 @@ private:
         const ThreadAttempt attempt;
         try {
             return std::async(m_workers.count() == 1 ? std::launch::deferred : std::launch::async, hash);
-        } catch (const std::system_error&) { // no thread for it
+            // no thread can be started: hash in this one, later
+        } catch (const std::system_error&) {
             return std::async(std::launch::deferred, hash);
         }
     }
@@ -121,7 +123,7 @@ private:
             {name, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()});
     }
 
-    // note: stages run on several threads, callers of writeGsc() are promised calls from one
+    // note: stages run on several threads, but callers of writeGsc() are promised calls from one thread
     void tell(uint64_t done, uint64_t total) const
     {
         if (m_progress && std::this_thread::get_id() == m_thread)
@@ -227,7 +229,7 @@ private:
         m_report.sensitivity_seconds = sensitivity_seconds;
     }
 
-    // LEVL, LEAF and NVDB.
+    // Builds sections LEVL, LEAF and NVDB.
     void buildIndex()
     {
         uint64_t leaf_count = 0;
@@ -323,16 +325,17 @@ private:
     AnchorSource& m_source;
     const WriteOptions& m_options;
     const WriteProgress& m_progress;
-    // loaded before any work is done
+    // loaded before any work, so that a missing module is noticed at once
     const SpatialIndexFunctions& m_spatial =
         loadModule<SpatialIndexFunctions>("gsc_index_openvdb", kSpatialIndexThreads);
     const uint64_t m_budget;
-    const Workers m_workers; // behind the module, which may not do without threads
+    // declared after m_spatial, because loading that module fails where no thread can be started
+    const Workers m_workers;
     const std::thread::id m_thread = std::this_thread::get_id();
     const char* m_stage = "";
     WriteReport m_report;
 
-    std::vector<uint32_t> m_rows; // kept rows of the appearance embedding
+    std::vector<uint32_t> m_rows; // numbers of the rows of the appearance embedding that are kept
     ScanResult m_scan;
     SourceHash m_hash;
     Partition m_partition;
@@ -343,7 +346,7 @@ private:
     std::vector<GroupRecord> m_groups;
     std::vector<uint32_t> m_index;
     std::optional<SensitivitySampler> m_sensitivity;
-    std::optional<MetreFinder> m_metre_finder; // none where the checkpoint states a metre
+    std::optional<MetreFinder> m_metre_finder; // none if the checkpoint states a metre
     std::vector<LevelRecord> m_levels;
     std::vector<LeafRecord> m_leaves;
     std::vector<std::byte> m_nanovdb;
@@ -356,9 +359,9 @@ WriteReport writeGscFrom(const Checkpoint& checkpoint, AnchorSource& source, con
 {
     try {
         WriteReport report;
-        // the arena gives the caller a place among the threads; OpenVDB's own loops run inside it too
+        // the calling thread counts as one of the threads of the arena, in which OpenVDB's own loops run, too
         std::optional<tbb::global_control> limit;
-        // thousands of threads on a few processors get in each other's way and finish no more
+        // many more threads than processors do not finish earlier
         const int processors = usableProcessors();
         const int threads = options.threads > 0 ? std::min(options.threads, 4 * processors) : processors;
         const int tbb_threads = threads > 1 && boundTbb(threads) ? 1 : threads;

@@ -37,7 +37,7 @@ bool checkParts(IssueLog& log, const ArchiveHeader& header, std::span<const Arch
     if (header.raw_bytes % kSectionAlign != 0)
         GSC_REPORT(log, ArchiveRawBytes, list_offset, "/parts/raw_bytes", header.raw_bytes);
     uint64_t raw_end = 0, end = 0;
-    std::set<uint32_t> seen; // sections seen so far: each has one part, but ANCH has several
+    std::set<uint32_t> seen; // types of the sections seen so far: each section is one part, only ANCH is several
     for (size_t i = 0; i < parts.size() && !log.fatal(); ++i) {
         const ArchivePart& part = parts[i];
         const uint64_t at = list_offset + sizeof(ArchiveHeader) + i * sizeof(ArchivePart);
@@ -49,7 +49,8 @@ bool checkParts(IssueLog& log, const ArchiveHeader& header, std::span<const Arch
                        header.raw_bytes);
         else if ((i == 0) != (part.type == kArchiveFront) || (i == 0 && part.raw_offset != 0))
             GSC_REPORT(log, ArchiveFront, at, partPlace(i, "type"), fourCcText(part.type).c_str(), part.raw_offset);
-        // INDX is no larger than the chunk payloads that it follows from, and it is one
+        // INDX is stored as nothing, so its size has another limit: it is one part, no larger than the chunk payloads
+        // before it, from which it follows
         else if (part.type == kSectionIndex ? part.raw_bytes > raw_end
                                             : part.raw_bytes > kFreeExpansion &&
                                                   (part.raw_bytes - kFreeExpansion) / kMaxExpansion > part.bytes)
@@ -64,7 +65,7 @@ bool checkParts(IssueLog& log, const ArchiveHeader& header, std::span<const Arch
     return !log.fatal();
 }
 
-// A file ends with the page of its last part: so it cannot claim to be larger than its parts.
+// Checks that the file ends with the page of its last part: then it cannot claim to be larger than its parts.
 bool checkEnd(IssueLog& log, const ArchiveHeader& header, std::span<const ArchivePart> parts, uint64_t list_offset)
 {
     const uint64_t end = parts.empty() ? 0 : parts.back().raw_offset + parts.back().raw_bytes;
@@ -135,7 +136,7 @@ uint64_t Archive::decodedBytes(Scope scope) const
 
 bool Archive::decode(std::span<std::byte> out, Scope scope, int threads, const IssueSink& sink) const
 {
-    std::mutex mutex; // guards all that follows
+    std::mutex mutex; // held by a thread while it reads or writes any of the variables below
     IssueLog log(sink);
     std::vector<SourceArray> sources;
     std::optional<size_t> inverse;
@@ -190,7 +191,7 @@ bool Archive::decode(std::span<std::byte> out, Scope scope, int threads, const I
     });
     if (log.errors() > 0)
         return false;
-    std::ranges::sort(sources, {}, &SourceArray::offset); // the order does not depend on threads
+    std::ranges::sort(sources, {}, &SourceArray::offset); // makes the order independent of the threads
     if (inverse && invertSources(out, sources, rawOf(m_parts[*inverse])))
         checkContent(*inverse);
     else if (inverse)

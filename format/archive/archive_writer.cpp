@@ -15,7 +15,7 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kPartsAtOnce = 8; // per thread, parts that wait in memory for earlier ones
+constexpr size_t kPartsAtOnce = 8; // encoded parts that may wait in memory for earlier ones to be written, per thread
 
 void checkGap(const std::string& path, std::span<const std::byte> file, uint64_t from, uint64_t to)
 {
@@ -64,7 +64,7 @@ ArchiveSizes writeArchive(std::span<const std::byte> file, const GscView& view, 
     std::vector<uint64_t> checksums;
     ArchiveSizes sizes;
     uint64_t offset = 0;
-    std::vector<PartEncoder> encoders; // kept from batch to batch
+    std::vector<PartEncoder> encoders; // one per thread, kept from batch to batch for their memory
     const size_t threads = partThreads(raw.size(), options.threads);
     for (size_t i = 0; i < threads; ++i)
         encoders.emplace_back(view, options.level);
@@ -99,7 +99,7 @@ ArchiveSizes writeArchive(std::span<const std::byte> file, const GscView& view, 
     std::memcpy(list.data(), &archive, sizeof(archive));
     std::memcpy(list.data() + sizeof(archive), parts.data(), parts.size() * sizeof(ArchivePart));
     writer.addSection(kSectionParts, list, parts.size());
-    FileHeader header = *view.header; // keeps the fields that identify the model
+    FileHeader header = *view.header; // a copy, so that the archive keeps the fields that identify the model
     header.profile = uint8_t(Profile::Archive);
     sizes.stored_bytes = writer.finish(header, 0);
     throwIfInterrupted();

@@ -95,7 +95,8 @@ bool Coder::decode(Codec codec, std::span<const std::byte> stored, uint32_t elem
     if (planar)
         s.planes.resize(out.size());
     std::byte* const to = planar ? s.planes.data() : out.data();
-    // in one pass into memory of the declared size: a frame that holds more, or wants a large window, takes none
+    // decodes in one pass into memory of the declared size: a stored frame that holds more bytes, or that asks for a
+    // large window, gets no further memory
     if (ZSTD_decompressDCtx(s.decoder, to, out.size(), stored.data(), stored.size()) != out.size())
         return false;
     if (planar)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The codecs of archives (archive_layout.h): bytes to fewer bytes and back. Nothing that is decoded is trusted.
+// Codecs of archives (archive_layout.h): they turn bytes into fewer bytes and back. The decoders trust no stored byte.
 #pragma once
 
 #include <gsc/archive_layout.h>
@@ -12,16 +12,18 @@
 
 namespace gsc {
 
-// Whether this build can decode the codec (GSC_WITH_ZSTD). False for an unknown one.
+// Returns true if this build can decode `codec` (Zstd needs GSC_WITH_ZSTD), false for an unknown one.
 [[nodiscard]] bool hasCodec(Codec codec);
-[[nodiscard]] const char* codecName(Codec codec); // "?" for an unknown one
+[[nodiscard]] const char* codecName(Codec codec); // name for messages, "?" for an unknown codec
 
-// Values of `element` bytes in records of `columns` of them -> planes: the lowest byte of every record's first value,
-// then of every record's second, and so on to the highest byte of the last. `in` is whole records; `out` as long.
+// Reorders records of `columns` values, each of `element` bytes, into byte planes: first the lowest byte of every
+// record's first value, then of every record's second value, and so on, last the highest byte of every record's last
+// value. `in` holds whole records; `out` has as many bytes.
 void splitPlanes(std::span<const std::byte> in, uint32_t element, uint32_t columns, std::byte* out);
 void joinPlanes(const std::byte* in, uint32_t element, uint32_t columns, std::span<std::byte> out);
 
-// Keeps the library's memory from call to call; one per thread.
+// Encodes and decodes. Keeps the memory of the Zstandard library from call to call; each thread needs an object of its
+// own.
 class Coder {
 public:
     explicit Coder(int level = 0); // `level`: compression level of Zstandard, for encoding only
@@ -29,10 +31,10 @@ public:
     Coder(Coder&&) noexcept;
     Coder& operator=(Coder&&) noexcept;
 
-    // Appends the smaller of Zstd and Raw to `out`; true if that is Zstd.
+    // Encodes `raw` as Zstd and as Raw and appends the smaller of the two to `out`; returns true if that is Zstd.
     bool encode(std::span<const std::byte> raw, uint32_t element, uint32_t columns, std::vector<std::byte>& out);
-    // Returns false if `stored` is no result of encode() for as many bytes as `out` has. Precondition: `element` is 1,
-    // 2, 4 or 8 and `out` is whole records.
+    // Decodes `stored` into `out`. Returns false if `stored` is no result of encode() for as many bytes as `out` has.
+    // Precondition: `element` is 1, 2, 4 or 8 and `out` is whole records.
     bool decode(Codec codec, std::span<const std::byte> stored, uint32_t element, uint32_t columns,
                 std::span<std::byte> out);
 

@@ -49,7 +49,8 @@ void restorePositions(const OrderedPositions& ordered, uint32_t cell_log2, std::
 {
     const size_t n = positions.size();
     const uint32_t shift = 3 * cell_log2;
-    std::vector<std::pair<uint32_t, uint32_t>> cell; // source index, place
+    // anchors of one cell: source index, place in the order of the keys
+    std::vector<std::pair<uint32_t, uint32_t>> cell;
     for (size_t first = 0, last; first < n; first = last) {
         for (last = first + 1; last < n && ordered.keys[last] >> shift == ordered.keys[first] >> shift;)
             ++last;

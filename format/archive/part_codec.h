@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts of an archive (archive_layout.h): bytes of a runtime file to streams and back.
+// Encodes parts of a runtime file into the streams of an archive (archive_layout.h), and decodes them.
 #pragma once
 
 #include "format/archive/codec.h"
@@ -13,30 +13,31 @@
 namespace gsc {
 
 struct RawPart {
-    uint32_t type;         // ArchivePart::type
-    uint64_t raw_offset;   // in the runtime file
-    uint64_t first_anchor; // ArchivePart::first_anchor
-    size_t chunk;          // chunk that the payload belongs to
+    uint32_t type;         // type of the section that the part lies in, as ArchivePart::type
+    uint64_t raw_offset;   // place of the part in the runtime file, in bytes
+    uint64_t first_anchor; // first anchor of a chunk payload, as ArchivePart::first_anchor
+    size_t chunk;          // index of the chunk whose payload this is
     std::span<const std::byte> bytes;
 };
 
 struct StoredPart {
-    ArchivePart record{}; // all but `offset`
+    ArchivePart record{}; // record of the part, complete but for its `offset`
     std::vector<std::byte> bytes;
 };
 
-// The parts of a runtime file, in the order of their bytes. Precondition: `view` came from openGsc() on `file` without
-// errors.
+// Cuts a runtime file into parts, in the order of their bytes. Precondition: `view` came from openGsc() on `file`
+// without errors.
 [[nodiscard]] std::vector<RawPart> cutIntoParts(std::span<const std::byte> file, const GscView& view);
 
-// One per thread.
+// Encodes parts, one at a time; each thread needs an object of its own.
 class PartEncoder {
 public:
-    // `level` is Zstandard's. Precondition of `view` as above; it must outlive this.
+    // `level` is the compression level of Zstandard. `view` came from openGsc() without errors and must live longer
+    // than this object.
     PartEncoder(const GscView& view, int level);
 
-    // Encodes, and tries whether decoding gives back `part`; if not, because a file has it otherwise than a bake writes
-    // it, the part is stored without this codec.
+    // Encodes `part` and decodes the result as a test. Where that does not give back the bytes, because the file was
+    // not written by a bake, a simpler codec stores the part.
     [[nodiscard]] StoredPart encode(const RawPart& part);
 
 private:
@@ -60,23 +61,24 @@ private:
     std::vector<std::byte> m_check;
 };
 
-struct SourceArray { // source indices in the bytes of a runtime file
+struct SourceArray { // place of a chunk's source indices in a runtime file: byte offset, number of indices
     uint64_t offset, count;
     uint64_t first_anchor;
 };
 
 enum class PartFault { None, Streams, UnknownCodec, MissingCodec, Content };
 
-// One per thread.
+// Decodes parts, one at a time; each thread needs an object of its own.
 class PartDecoder {
 public:
-    // `stored` -> `out`, which has record.raw_bytes bytes, all zero. A part coded as Inverse is left
-    // zero: it follows from other parts. The content is not compared with record.raw_checksum.
+    // Decodes `stored` into `out`, which has record.raw_bytes bytes, all zero. A part coded as Inverse stays zero:
+    // invertSources() fills it later. The content is not compared with record.raw_checksum.
     PartFault decode(const ArchivePart& record, std::span<const std::byte> stored, std::span<std::byte> out);
 
-    [[nodiscard]] Codec faultCodec() const { return m_codec; } // codec that UnknownCodec or MissingCodec is about
-    // isInverse() and sources() are of the part that decode() was last called for.
-    [[nodiscard]] bool isInverse() const { return m_is_inverse; } // invertSources() makes it
+    // the codec that could not be decoded, after UnknownCodec or MissingCodec
+    [[nodiscard]] Codec faultCodec() const { return m_codec; }
+    // isInverse() and sources() describe the part of the last call of decode().
+    [[nodiscard]] bool isInverse() const { return m_is_inverse; } // true if invertSources() must fill the part
     [[nodiscard]] const std::optional<SourceArray>& sources() const { return m_sources; }
 
 private:
@@ -89,8 +91,8 @@ private:
     std::optional<SourceArray> m_sources;
 };
 
-// INDX from the source indices of a file's bytes, both as they lie there. False where one is not below the number of
-// entries: `index` is then of no use.
+// Computes the INDX section from the source indices that lie in the bytes of `file`; the bytes of INDX are written to
+// `index`. Returns false if a source index is not below the number of entries of INDX; `index` is then of no use.
 bool invertSources(std::span<const std::byte> file, std::span<const SourceArray> sources, std::span<std::byte> index);
 
 } // namespace gsc

@@ -14,7 +14,7 @@ namespace {
 
 constexpr uint64_t kMaxColumns = 65536;
 
-// Shapes that the codec can have, before anything is multiplied.
+// Returns true if the stream's element and column sizes are possible for its codec; called before they are multiplied.
 bool isSound(const ArchiveStream& stream, Codec codec)
 {
     if (codec == Codec::Morton)

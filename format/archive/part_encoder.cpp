@@ -16,7 +16,7 @@ struct Shape {
     uint32_t element, columns;
 };
 
-// Values of one kind per column: the parts of a section's records.
+// Size and number of the values in a record of the section, so that values of one kind form a column.
 Shape sectionShape(uint32_t type)
 {
     switch (type) {
@@ -136,10 +136,11 @@ bool PartEncoder::addOrdered(std::vector<Stream>& streams, const RawPart& part, 
     return true;
 }
 
-// Stores the stream of an array on steps where that is smaller.
+// Encodes the stream of an array with codec Steps where that is smaller.
 void PartEncoder::trySteps(Stream& stream, const RawPart& part, ChunkArray array)
 {
-    // an anchor's offsets share a step, and so do its features; the extent of its offsets has another than their sizes
+    // all offsets of an anchor share one step, and so do all its features; of its 6 scales, the 3 of the offsets share
+    // one and the 3 of the Gaussians another
     const uint32_t columns = stream.record.columns;
     const bool masks = array == ChunkArray::Offset && (m_view.params->flags & kModelMaskedSlots) != 0;
     const uint32_t span = array == ChunkArray::Scale ? 3 : columns;
@@ -240,7 +241,8 @@ StoredPart PartEncoder::encode(const RawPart& part)
         if (givesBack(part, stored))
             return stored;
     }
-    // raw, in two where INDX must find the source indices
+    // stores the part uncompressed; a chunk payload becomes two streams, since INDX is made from the source indices at
+    // the end of the first
     uint64_t cut = 0;
     uint32_t anchors = 0;
     if (part.type == kSectionAnchors) {

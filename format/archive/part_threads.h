@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work on the parts of an archive, one after another on several threads. The layers above have pools (Workers); this one
-// has no layer below.
+// Runs work on the parts of an archive on several threads. The thread pools (Workers) are in kernels/, which format/
+// may not use.
 #pragma once
 
 #include "format/machine/threads.h"
@@ -21,8 +21,9 @@ namespace gsc {
     return std::min(size_t(poolThreads(threads)), std::max<size_t>(1, count));
 }
 
-// Calls make() on each thread, and the function it returns with each number in [0, count), ascending per thread. The
-// first exception reaches the caller, and no number is begun after it.
+// Starts `count` items of work, numbered from 0, on several threads: calls make() once on each thread, then the
+// function that it returned with one number after another, which ascend on each thread. The first exception is thrown
+// to the caller; no further number is begun after it.
 template <typename Make>
 void onPartThreads(size_t count, int threads, const Make& make)
 {
@@ -48,7 +49,7 @@ void onPartThreads(size_t count, int threads, const Make& make)
             for (size_t i = 1; i < partThreads(count, threads); ++i)
                 others.emplace_back(work);
         } catch (const std::system_error&) {
-            // the system has no more threads; those there are do all of the work
+            // the system gives no more threads; those already started do all of the work
         }
         work();
     }

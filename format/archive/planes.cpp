@@ -7,13 +7,14 @@ namespace gsc {
 
 namespace {
 
-// Records at a time, so that the part of the array that a pass over the columns touches stays in the cache.
+// Records of one step of the loops, so few that the bytes which all columns touch stay in the cache.
 constexpr size_t kBlock = 512;
 
 template <typename T>
 void split(const std::byte* in, size_t records, uint32_t columns, std::byte* out)
 {
-    const size_t plane = records, group = records * columns; // from a value's byte to its next one
+    // bytes of one plane, and of one plane of every column: a value's next byte lies that far behind
+    const size_t plane = records, group = records * columns;
     for (size_t first = 0; first < records; first += kBlock) {
         const size_t last = first + kBlock < records ? first + kBlock : records;
         for (uint32_t c = 0; c < columns; ++c) {

@@ -13,14 +13,15 @@ namespace gsc {
 namespace {
 
 constexpr int kLeastExponent = -126, kMostExponent = 127;
-constexpr size_t kTriedRecords = 256; // records tried first: they decide whether the rest is tried
+constexpr size_t kTriedRecords = 256; // records encoded first as a trial: they decide whether the rest is tried
 
 struct Table {
     uint32_t columns = 0, span = 0;
     bool masks = false;
     size_t records = 0;
 
-    [[nodiscard]] size_t spans() const { return records * (columns / span); } // exponents
+    // number of spans, each of which has one exponent
+    [[nodiscard]] size_t spans() const { return records * (columns / span); }
     [[nodiscard]] size_t values() const { return records * columns; }
     [[nodiscard]] size_t maskBytes() const { return masks ? (values() / 3 + 7) / 8 : 0; }
 };
@@ -31,7 +32,7 @@ bool isMasked(const uint8_t* masks, size_t value)
     return masks != nullptr && (masks[bit / 8] >> (bit % 8) & 1u) != 0;
 }
 
-// Spans by exponent, in their own order where that is equal; those without a step are left out.
+// Indices of the spans sorted by exponent, stable; spans without a step (kNoStep) are left out.
 std::vector<uint32_t> spansByExponent(std::span<const int8_t> exponents)
 {
     std::array<size_t, 257> first{};
@@ -47,7 +48,7 @@ std::vector<uint32_t> spansByExponent(std::span<const int8_t> exponents)
     return order;
 }
 
-// The exponent of the lowest bit that is set. Precondition: a normal number.
+// Exponent of the lowest mantissa bit that is set, of the float with these bits. Precondition: it is a normal number.
 int lowestBit(uint32_t bits)
 {
     const uint32_t mantissa = (bits & 0x7fffffu) | 0x800000u;
@@ -59,7 +60,7 @@ bool isZero(uint32_t bits)
     return bits == 0;
 }
 
-// Neither a normal number nor plus zero.
+// Returns true if the float is neither a normal number nor plus zero.
 bool isOdd(uint32_t bits)
 {
     const uint32_t exponent = bits >> 23 & 0xffu;
@@ -70,7 +71,7 @@ class Encoder {
 public:
     Encoder(const std::byte* raw, const Table& table) : m_raw(raw), m_table(table) {}
 
-    // False where a value has no step.
+    // Finds masks, and the exponent of every span. Returns false if a value has no step.
     bool find()
     {
         m_exponents.resize(m_table.spans());
@@ -94,7 +95,8 @@ public:
         return true;
     }
 
-    // False where a value has more bits than the planes.
+    // Turns values into steps and counts the byte planes that these take. Returns false if a value takes more than
+    // kMostStepPlanes.
     bool count()
     {
         uint32_t all = 0;
@@ -110,7 +112,7 @@ public:
                     if (shift > 0)
                         return false;
                     const uint32_t steps = mantissa >> -shift;
-                    folded = steps * 2 - (b >> 31); // 1, -1, 2, -2 ... as 2, 1, 4, 3
+                    folded = steps * 2 - (b >> 31); // steps of 1, -1, 2, -2 ... are stored as 2, 1, 4, 3 ...
                 }
                 all |= folded;
                 m_steps.push_back(folded);
@@ -163,7 +165,7 @@ private:
     uint32_t m_planes = 0;
 };
 
-// Values of spans in the order of their exponents.
+// Writes the values of all spans, which are stored sorted by the exponents of the spans.
 void restore(const Table& table, std::span<const int8_t> exponents, const uint8_t* masks,
              std::span<const uint32_t> order, std::span<const uint8_t> planes, size_t count, std::byte* out)
 {
@@ -227,7 +229,7 @@ bool decodeSteps(std::span<const std::byte> stored, uint32_t columns, Coder& cod
         !piece(header->mask_bytes, 1, std::as_writable_bytes(std::span(masks))))
         return false;
     const uint8_t* const masked = masks.empty() ? nullptr : masks.data();
-    // a value without a step is zero or masked
+    // sets the masked values, which no plane holds; other values without a step are zero already
     for (size_t v = 0; masked != nullptr && v < table.values(); ++v)
         if (isMasked(masked, v))
             std::memcpy(out.data() + v * sizeof(float), &kMaskedOffset, sizeof(float));

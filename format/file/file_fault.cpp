@@ -30,17 +30,19 @@ void print(int fd, const char* text)
     }
 }
 
-// Async-signal-safe; the thread that faulted holds the mapping, so its texts are alive.
+// Signal handler, so only async-signal-safe calls. The thread that faulted still holds its mapping, so the texts of
+// that mapping are alive.
 extern "C" void onFileFault(int number, siginfo_t* info, void*)
 {
     const FaultTexts* const texts = info->si_code > 0 ? faultTextsOf(info->si_addr) : nullptr;
     if (!texts) {
-        ::sigaction(number, &g_before, nullptr); // the access is made again when this returns
-        if (info->si_code <= 0)                  // a signal that another process sent, not a failed access
+        // restores the action from before; when this handler returns the access is made again and meets that action
+        ::sigaction(number, &g_before, nullptr);
+        if (info->si_code <= 0) // the signal was sent by a process and is no failed access
             ::raise(number);
         return;
     }
-    if (g_ending.exchange(true)) // another thread says it
+    if (g_ending.exchange(true)) // another thread already writes the message
         for (;;)
             ::pause();
     removeTemporaryFiles();

@@ -37,7 +37,8 @@ struct Descriptor {
                 "check its path and rights");
 }
 
-// Mappings that a signal handler finds. A mapping that got no slot is not named when it faults.
+// One mapping in the table that a signal handler searches. A mapping for which the table had no free slot is not named
+// in the message when it faults.
 struct Slot {
     std::atomic<bool> taken{false};
     std::atomic<uintptr_t> begin{0}, end{0};
@@ -87,7 +88,7 @@ std::unique_ptr<const FaultTexts> faultTexts(const std::string& path)
     const Error error(ErrorCode::Io, path, "became shorter while it was read, or its disk failed",
                       "a file that stays as it is", "write new versions under another name and rename them");
     const std::string message = error.what(), quoted = jsonQuoted(message);
-    // the JSON of errorJson() of the tools, which cannot run in a signal handler
+    // texts made in advance, because a signal handler cannot run errorJson(); they equal that function's JSON
     return std::make_unique<const FaultTexts>(FaultTexts{
         "error: " + message + "\n", R"({"event":"error","message":)" + quoted + "}\n",
         formatString(
@@ -122,7 +123,7 @@ MappedFile::MappedFile(const std::string& path)
     if (uint64_t(info.st_size) > uint64_t(std::numeric_limits<ptrdiff_t>::max()))
         throwErrno(path, "cannot map", EFBIG);
     if (info.st_size == 0)
-        return; // mmap refuses zero bytes
+        return; // mmap() refuses to map zero bytes
     void* const address = ::mmap(nullptr, size_t(info.st_size), PROT_READ, MAP_PRIVATE, file.fd, 0);
     if (address == MAP_FAILED)
         throwErrno(path, "cannot map", errno);

@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// First, by name, of the folder's entries that replacing would delete but that are not of its kind; empty if there is
-// none.
+// First, by name, of the folder's entries that do not belong to this kind of folder, which replacing would delete;
+// empty if there is none.
 std::string foreignEntry(const fs::path& folder, const FolderKind& kind)
 {
     std::string first;
@@ -31,7 +31,7 @@ std::string foreignEntry(const fs::path& folder, const FolderKind& kind)
     return first;
 }
 
-// Throws Error(Usage) unless a folder that exists may be replaced.
+// Checks a folder that exists; throws Error(Usage) unless it may be replaced.
 void checkReplaced(const std::string& path, const fs::path& folder, const FolderKind& kind)
 {
     const char* const other = kind.marks[1] == nullptr ? kind.marks[0] : kind.marks[1];
@@ -66,7 +66,8 @@ NewFolder::NewFolder(const std::string& path, bool overwrite, const FolderKind& 
          parent = parent.parent_path())
         m_parents.push_back(parent);
     try {
-        fs::create_directories(m_final.parent_path(), error); // the next line reports a failure
+        // an error shows in the next line, which needs the folder
+        fs::create_directories(m_final.parent_path(), error);
         m_work.emplace(m_final.string(), TemporaryKind::Folder, 0777);
     } catch (...) {
         removeParents();
@@ -83,7 +84,7 @@ NewFolder::~NewFolder()
 void NewFolder::removeParents() const
 {
     for (const fs::path& parent : m_parents)
-        ::rmdir(parent.c_str()); // fails unless it is empty
+        ::rmdir(parent.c_str()); // refuses a folder that is not empty
 }
 
 std::string NewFolder::file(const std::string& relative) const
@@ -109,14 +110,16 @@ void NewFolder::append(const std::string& relative, std::span<const std::byte> b
 void NewFolder::commit()
 {
     const std::string& work = m_work->path();
-    // exchanges both at once if the system can; the old folder then has the temporary's name, and is removed with it
+    // exchanges the old and the new folder in one step if the system can; the old one then has the temporary's name,
+    // under which it is removed
     if (::renameat2(AT_FDCWD, work.c_str(), AT_FDCWD, m_final.c_str(), RENAME_EXCHANGE) == 0) {
         m_work.reset();
         m_parents.clear();
         return;
     }
     std::error_code error, ignored;
-    const fs::path old = work + ".old"; // no temporary: it would stay if this process is killed now
+    // not registered as a temporary: if this process is killed now, the user's old folder stays
+    const fs::path old = work + ".old";
     const bool replaces = fs::exists(m_final, ignored);
     if (replaces)
         fs::rename(m_final, old, error);

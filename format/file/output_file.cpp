@@ -20,7 +20,7 @@ namespace gsc {
 
 namespace {
 
-// Returns errno, 0 = all is written. `offset` below 0: append.
+// Writes all `bytes` at `offset`, or appends them if `offset` is negative. Returns 0, or errno of the failure.
 int writeAll(int fd, int64_t offset, std::span<const std::byte> bytes)
 {
     while (!bytes.empty()) {
@@ -49,8 +49,9 @@ void writeStandardOutput(std::span<const std::byte> bytes)
                     "room for the output", "redirect it to another place");
 }
 
-// Without `overwrite` the kernel itself refuses a target that exists: RENAME_NOREPLACE, or link() where the file system
-// does not know that; a file system that knows neither falls through.
+// Renames the temporary to its target. Without `overwrite` the kernel itself refuses a target that exists: by
+// RENAME_NOREPLACE, or by link() on file systems without that flag; on a file system with neither, a plain rename
+// replaces the target.
 void giveName(const std::string& temporary, const std::string& target, const std::string& shown, bool overwrite)
 {
     if (!overwrite) {
@@ -71,7 +72,7 @@ void giveName(const std::string& temporary, const std::string& target, const std
 } // namespace
 
 struct OutputFile::State {
-    std::string path, target; // path as given; target with links followed, empty = standard output
+    std::string path, target; // path: as given; target: with symbolic links followed, empty for standard output
     bool overwrite = false, synced = false;
     std::optional<Temporary> temporary;
 };
@@ -84,7 +85,7 @@ OutputFile::OutputFile(const std::string& path, OutputKind kind, bool overwrite)
     if (isStandardOutput(path))
         return;
     m_state->target = resolveOutput(path);
-    // the new file is not readable by others either, from its start, if the old one is not
+    // if the old file is not readable by others, the new one is not either, from its creation on
     struct stat info {};
     const bool exists = ::lstat(m_state->target.c_str(), &info) == 0;
     m_state->temporary.emplace(m_state->target, TemporaryKind::File, exists ? 0600 : 0666);
@@ -133,17 +134,18 @@ void OutputFile::commit()
         mode_t mode = info.st_mode & 0777;
         struct stat own {};
         (void)!::fstat(descriptor(), &own);
-        // only root gives a file away, but its group may be any of the writer's. An owner or group that cannot be
-        // kept is no error: bits meant for the old group are then given to nobody, and the rest of the world, which
-        // that group is now part of, gets no more than the group had
+        // only root can give a file to another owner, but its group may be any group of the writer. An owner or group
+        // that cannot be kept is no error: the group bits of the mode are then cleared, and others get no more than the
+        // old group had, for its members are now among the others
         if ((own.st_uid != info.st_uid || own.st_gid != info.st_gid) &&
             ::fchown(descriptor(), info.st_uid, info.st_gid) != 0 && own.st_gid != info.st_gid &&
             ::fchown(descriptor(), uid_t(-1), info.st_gid) != 0)
             mode &= 0700 | (mode >> 3 & 07);
-        // where this fails the temporary stays readable by its owner alone
+        // if this fails, the temporary stays readable by its owner alone
         (void)!::fchmod(descriptor(), mode);
     }
-    // a network file system may say only now that its disk is full; the lock must outlive the rename
+    // closes a duplicate to learn of a late error: a network file system may report a full disk only on close(); the
+    // lock must last beyond the rename
     const int twin = ::fcntl(descriptor(), F_DUPFD_CLOEXEC, 0);
     if (twin >= 0 && ::close(twin) != 0)
         failOutput(s.path, "cannot be closed", errno);
@@ -151,7 +153,7 @@ void OutputFile::commit()
     s.temporary->release();
     if (!s.synced)
         return;
-    // the new name must survive a power cut too; file systems that cannot do that say so, which is no reason to fail
+    // makes the new name survive a power cut; file systems that cannot do so return an error, which is ignored
     const int folder = ::open(folderOf(s.target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (folder >= 0) {
         ::fsync(folder);
@@ -163,7 +165,7 @@ OutputFiles::~OutputFiles()
 {
     m_files.clear();
     for (auto folder = m_folders.rbegin(); folder != m_folders.rend(); ++folder)
-        ::rmdir(folder->c_str()); // fails unless it is empty
+        ::rmdir(folder->c_str()); // refuses a folder that is not empty
 }
 
 void OutputFiles::makeFolder(const std::string& path)
@@ -209,7 +211,8 @@ struct Descriptor {
     ~Descriptor() { ::close(fd); }
 };
 
-// Returns the bytes of whole lines; `tail`: the rest behind them. -1 with errno on failure.
+// Returns the number of bytes up to the last line end; `tail` gets the bytes behind it. Returns -1 with errno on
+// failure.
 int64_t wholeLines(int fd, std::string& tail)
 {
     struct stat info {};
@@ -250,7 +253,8 @@ void appendLine(const std::string& path, std::string_view line, std::string_view
         ::open(resolveOutput(path).c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW, 0666)};
     if (file.fd < 0)
         failOutput(path, "cannot be written", errno);
-    while (::flock(file.fd, LOCK_EX) != 0 && errno == EINTR) // without locks a single write is whole all the same
+    // a file system without locks is accepted: a single write is not mixed with others there either
+    while (::flock(file.fd, LOCK_EX) != 0 && errno == EINTR)
         ;
     std::string tail;
     int64_t size = wholeLines(file.fd, tail);

@@ -26,29 +26,31 @@ std::string resolved(const std::string& path)
 {
     std::string target = path;
     try {
-        target = resolveOutput(path); // links that lead to nothing yet too
-    } catch (const Error&) {          // an input may be a device; of an output checkOutput() will speak
+        target = resolveOutput(path); // follows also links to paths that do not exist yet
+    } catch (const Error&) {          // ignored: an input may be a device; checkOutput() reports an output
     }
     std::error_code code;
     const fs::path absolute = fs::absolute(target, code);
     const fs::path canonical = fs::weakly_canonical(absolute, code);
     std::string text = (code ? absolute.lexically_normal() : canonical).string();
-    while (text.size() > 1 && text.back() == '/') // a folder with and without it
+    while (text.size() > 1 && text.back() == '/') // so that a folder is equal with and without its last slash
         text.pop_back();
     return text;
 }
 
-// Device and inode, empty if the path does not exist.
+// Device and inode number as text, equal for two names of one file; empty if the path does not exist.
 std::string identityOf(const std::string& path)
 {
     struct stat info {};
     if (::stat(path.c_str(), &info) != 0)
         return "";
     return formatString("%llu:%llu", static_cast<unsigned long long>(info.st_dev),
-                        static_cast<unsigned long long>(info.st_ino)); // no resolved path starts with a digit
+                        // starts with a digit, which no resolved path does
+                        static_cast<unsigned long long>(info.st_ino));
 }
 
-// A file must not replace a device, nor a file that a descriptor has open.
+// Throws Error(Io) for a path in /dev, or in the folder of a process's open descriptors: no output may replace such a
+// file.
 void refuseSystemFolder(const std::string& path, const std::string& folder)
 {
     struct statfs system {};
@@ -63,7 +65,8 @@ void refuseSystemFolder(const std::string& path, const std::string& folder)
 
 void checkOutputsDiffer(std::span<const NamedPath> outputs, std::span<const NamedPath> inputs)
 {
-    std::unordered_map<std::string, const NamedPath*> seen; // by resolved path and by identity
+    // outputs and inputs so far, by resolved path and by identityOf()
+    std::unordered_map<std::string, const NamedPath*> seen;
     for (const NamedPath& input : inputs) {
         seen.emplace(resolved(input.path), &input);
         if (const std::string identity = identityOf(input.path); !identity.empty())
@@ -107,7 +110,7 @@ std::string folderOf(const std::string& path)
 
 void failOutput(const std::string& path, const char* what, int code)
 {
-    if (code == EBUSY) // such as a single file that is mounted into a container
+    if (code == EBUSY) // EBUSY: a mount point, such as a single file mounted into a container
         throw Error(ErrorCode::Io, path, formatString("is a mount point or in use (%s)", std::strerror(code)),
                     "a file that can be replaced", "write into the folder it lies in, under another name");
     const bool full = code == ENOSPC || code == EDQUOT || code == EFBIG;
@@ -121,17 +124,17 @@ std::string resolveOutput(const std::string& path)
 {
     if (path.empty())
         throw Error(ErrorCode::Io, "output", "the name is empty", "the name of a file", "give one");
-    constexpr int kMostLinks = 40; // links that the kernel follows at most
+    constexpr int kMostLinks = 40; // symbolic links in a row that the kernel follows at most
     std::string at = path;
     for (int links = 0; links <= kMostLinks; ++links) {
-        while (at.size() > 1 && at.back() == '/') // lstat() would follow a link with a slash behind it
+        while (at.size() > 1 && at.back() == '/') // with a slash at the end lstat() would follow the link
             at.pop_back();
         std::string folder = folderOf(at);
         if (char* const real = ::realpath(folder.c_str(), nullptr)) {
             folder = real;
             std::free(real);
         } else if (errno == ENOENT) {
-            return at; // the caller says whether it is made
+            return at; // nothing exists there, which is for the caller to judge
         } else {
             failOutput(path, "cannot be reached", errno);
         }

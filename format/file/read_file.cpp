@@ -37,7 +37,7 @@ struct Descriptor {
 
 std::string readInputText(const std::string& path, uint64_t most, const char* expected)
 {
-    // without O_NONBLOCK opening a pipe waits for its writer, and no signal ends that
+    // O_NONBLOCK: without it, opening a pipe waits for a writer, and no signal ends that wait
     const Descriptor file{path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
     if (file.fd < 0)
         throwIo(path, "cannot be opened", expected);
@@ -47,7 +47,8 @@ std::string readInputText(const std::string& path, uint64_t most, const char* ex
         throwIfInterrupted();
         pollfd waited{file.fd, POLLIN, 0};
         constexpr int kMilliseconds = 100;
-        // a pipe that nobody has opened to write never gets ready, and reading it says so; standard input would wait
+        // standard input waits until there is something to read; a pipe that nobody has opened for writing never gets
+        // ready, so it is read at once, which returns no bytes
         if (::poll(&waited, 1, kMilliseconds) == 0 && file.fd == STDIN_FILENO)
             continue;
         const ssize_t count = ::read(file.fd, buffer, sizeof(buffer));

@@ -9,9 +9,10 @@ namespace gsc {
 
 namespace {
 
-// note: Git LFS takes files of less than this for pointers, no others
+// note: bytes; Git LFS takes a file for a pointer only if it is smaller than this
 constexpr uint64_t kMaxPointer = 1024;
-constexpr uint64_t kMaxLink = 512; // a path that Git stored for a symbolic link
+// bytes of the longest path that is taken for a symbolic link which Git stored as text
+constexpr uint64_t kMaxLink = 512;
 
 bool isSpace(char c)
 {
@@ -34,7 +35,7 @@ bool startsWithWord(std::string_view text, std::string_view lower)
            });
 }
 
-// The size that an LFS pointer states, for the message; "an unknown number of" without one.
+// Size that a Git LFS pointer states, as text for a message; "an unknown number of" if it states none.
 std::string statedSize(std::string_view pointer)
 {
     const size_t at = pointer.find("\nsize ");
@@ -47,7 +48,7 @@ std::string statedSize(std::string_view pointer)
 
 void refusePointer(std::string_view text, uint64_t bytes, const std::string& path)
 {
-    // the first: every version; the second: versions before 1.0
+    // the first address is of every version of Git LFS, the two others of those before 1.0
     const bool known = text.starts_with("version https://git-lfs.github.com/spec/") ||
                        text.starts_with("version https://hawser.github.com/spec/") ||
                        text.starts_with("version http://git-media.io/v/");
@@ -63,7 +64,7 @@ void refusePage(std::string_view text, const std::string& path)
     for (const char* start : {"<!doctype html", "<html", "<head", "<body", "<!--", "<title", "<meta", "<script"})
         if (startsWithWord(text, start))
             kind = "a web page";
-    for (const char* start : {"<?xml", "<error>"}) // error pages of storage services
+    for (const char* start : {"<?xml", "<error>"}) // beginnings of the error pages of storage services
         if (startsWithWord(text, start))
             kind = "an XML document";
     if (kind)
@@ -71,7 +72,7 @@ void refusePage(std::string_view text, const std::string& path)
                     "download the file itself, a server may have sent this instead");
 }
 
-// True if a text holds the word, in letters of any case.
+// Returns true if `text` holds the word `lower`, which is in lower case, in letters of any case.
 bool holdsWord(std::string_view text, std::string_view lower)
 {
     for (; text.size() >= lower.size(); text.remove_prefix(1))
@@ -80,7 +81,7 @@ bool holdsWord(std::string_view text, std::string_view lower)
     return false;
 }
 
-// True if the text is one line that GitHub, Hugging Face or a storage service answers with instead of a file.
+// Returns true if `text` is one line of those that GitHub, Hugging Face or a storage service sends in place of a file.
 bool isAnswer(std::string_view text)
 {
     for (const std::string_view line :
@@ -92,7 +93,7 @@ bool isAnswer(std::string_view text)
     return false;
 }
 
-// True if the text is such an answer as an object of JSON.
+// Returns true if `text` is such an error answer in the form of a JSON object.
 bool isAnswerObject(std::string_view text)
 {
     if (!text.starts_with('{'))
@@ -124,7 +125,8 @@ std::string_view extensionOf(std::string_view path)
     return dot == std::string_view::npos ? name : name.substr(dot);
 }
 
-// True for one line of characters of a path that ends with the file's own name: a symbolic link as text.
+// Throws if the file is one line of path characters that ends with the file's own name: a symbolic link that Git stored
+// as text.
 void refuseLink(std::string_view text, uint64_t bytes, const std::string& path)
 {
     if (bytes > kMaxLink || bytes == 0 || text.size() != bytes)
@@ -156,10 +158,11 @@ void refusePacked(std::string_view start, const std::string& path)
     for (const Packing& packing : kPackings) {
         if (!start.starts_with(packing.magic) || start.size() < 10)
             continue;
-        // a COLMAP file of 559,903 cameras starts so, and then with the number of a camera
+        // tells gzip from a COLMAP file of 559,903 cameras, which has the same first bytes and then the number of a
+        // camera
         if (packing.magic.size() == 3 && packing.name[0] == 'g' && start[8] != 0 && start[8] != 2 && start[8] != 4)
             continue;
-        // a digit from 1 to 9 and a magic number follow
+        // bzip2: a digit from 1 to 9 follows, and then this magic number
         if (packing.name[0] == 'b' && start.substr(4, 6) != "1AY&SY")
             continue;
         throw Error(ErrorCode::Unsupported, path, std::string("is compressed with ") + packing.name, "the file itself",

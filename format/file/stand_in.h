@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that stand for another file and hold nothing of it, under its name.
+// Recognises files that hold only a stand-in for the wanted file, such as a pointer or an error page, under its name.
 #pragma once
 
 #include <cstddef>
@@ -10,12 +10,12 @@
 
 namespace gsc {
 
-constexpr size_t kStandInBytes = 1024; // bytes of a file's start that refuseStandIn() needs
+constexpr size_t kStandInBytes = 1024; // bytes from the start of a file that refuseStandIn() needs
 
-// Refuses a Git LFS pointer, a symbolic link that Git left as text, a web page or a server's "404: Not Found" saved
-// instead of a download, and a file that was compressed as a whole. `start` holds the first bytes of the file, kStandInBytes or all, `bytes` is its size.
-// To be called by whatever opens a file of others, before its format is looked for. Throws Error: InvalidFile;
-// Unsupported for a compressed file.
+// Refuses a Git LFS pointer, a symbolic link that Git stored as text, a web page or a server's "404: Not Found" saved
+// instead of a download, and a file that was compressed as a whole. `start` holds the first kStandInBytes of the file,
+// or all if it is shorter; `bytes` is the size of the file. Every reader of other programs' files calls it before
+// looking at the format. Throws Error: InvalidFile; Unsupported for a compressed file.
 void refuseStandIn(std::span<const std::byte> start, uint64_t bytes, const std::string& path);
 void refuseStandIn(std::string_view whole, const std::string& path);
 

@@ -29,15 +29,17 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kSuffix = ".gsc-tmp";
 constexpr size_t kDigits = 16;
-constexpr size_t kMaxName = 200; // bytes; with dots, digits and suffix it stays below NAME_MAX
+// longest part of the target's name that is used, in bytes: with dots, digits and suffix the whole stays below NAME_MAX
+constexpr size_t kMaxName = 200;
 
-// Names of files that a handler removes. A slot's version is odd while its owner writes it.
+// Name of one temporary file, for the signal handler that removes it. `version` is odd while the owner writes the name.
 struct Slot {
     std::atomic<bool> taken{false};
     std::atomic<uint32_t> version{0};
     char path[PATH_MAX] = {};
 };
-Slot g_slots[32]; // a command writes a handful at once; a file without a slot is left to the next run
+// one per temporary file: a command writes only a few at once; a file without a slot is removed by the next run
+Slot g_slots[32];
 
 int takeSlot(const std::string& path)
 {
@@ -85,7 +87,7 @@ bool isTemporaryName(std::string_view name)
            name[name.size() - kDigits - 1] == '.';
 }
 
-// True if `path` still names the file that `fd` has open.
+// Returns true if `path` still names the file that is open as `fd`.
 bool isNamed(int fd, const std::string& path, struct stat& info)
 {
     struct stat named {};
@@ -96,12 +98,12 @@ bool isNamed(int fd, const std::string& path, struct stat& info)
 void removeIfOwnerless(const std::string& path)
 {
     constexpr int kFlags = O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;
-    int fd = ::open(path.c_str(), O_RDWR | kFlags); // NFS locks only files open for writing
+    int fd = ::open(path.c_str(), O_RDWR | kFlags); // open for writing, because NFS locks no other files
     if (fd < 0 && errno == EISDIR)
         fd = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | kFlags);
     if (fd < 0)
         return;
-    // the name is asked for with the lock held: its owner may have renamed it meanwhile
+    // checks the name again now that the lock is held: the owner may have renamed the file meanwhile
     struct stat info {};
     std::error_code ignored;
     if (::flock(fd, LOCK_EX | LOCK_NB) == 0 && isNamed(fd, path, info) && info.st_uid == ::geteuid()) {
@@ -113,7 +115,8 @@ void removeIfOwnerless(const std::string& path)
     ::close(fd);
 }
 
-// Once per folder: a player writes thousands of images into one.
+// Removes temporaries of killed programs from `folder`, once per folder and process: a player writes thousands of
+// images into one.
 void removeLeftovers(const std::string& folder)
 {
     static std::mutex mutex;
@@ -145,7 +148,7 @@ Temporary::Temporary(const std::string& target, TemporaryKind kind, uint32_t mod
     failOutput(target, "cannot create a temporary beside it", errno);
 }
 
-// False with errno; EEXIST = another name may do.
+// Creates and locks the file or folder. Returns false with errno; after EEXIST another name may work.
 bool Temporary::create(uint32_t mode)
 {
     if (m_kind == TemporaryKind::File) {
@@ -163,8 +166,9 @@ bool Temporary::create(uint32_t mode)
             return false;
         }
     }
-    // Between its creation and its lock another program may have taken it for a leftover: it holds the lock and is about
-    // to remove it, or has removed it. Any other failure means that there are no locks here, and then nobody removes it.
+    // True if another program took the new, not yet locked temporary for a leftover: it holds the lock, and has removed
+    // the temporary or is about to. Any other failure means that this file system has no locks; then no program removes
+    // leftovers here.
     const bool lost = ::flock(m_fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
     struct stat ignored {};
     if (!lost && isNamed(m_fd, m_path, ignored))
@@ -203,7 +207,8 @@ void removeTemporaryFiles() noexcept
         if (!slot.taken || version % 2 != 0)
             continue;
         char path[PATH_MAX];
-        std::memcpy(path, slot.path, sizeof(path)); // the slot's owner may be writing it at this moment: leave it
+        // the owner is writing the name at this moment, so the slot is skipped
+        std::memcpy(path, slot.path, sizeof(path));
         if (slot.version == version && path[0] != '\0')
             ::unlink(path);
     }

@@ -11,19 +11,19 @@ namespace gsc {
 
 namespace {
 
-// A tree of groups, where it is seen from here.
+// One tree of control groups, and where it is mounted.
 struct Hierarchy {
-    bool second = false;            // version 2, which has all controllers in one tree
-    std::string controllers;        // ",memory," of version 1
-    std::string folder, root = "/"; // mount point; the group that is mounted there
+    bool second = false;            // true: version 2 of control groups, whose one tree has all controllers
+    std::string controllers;        // controllers of a version 1 tree between commas, such as ",memory,"
+    std::string folder, root = "/"; // folder: mount point; root: the group that is mounted there
 };
 
-// This process's place in a tree; `controllers` is empty for version 2.
+// Group of this process in one tree; `controllers` is empty for version 2.
 struct Membership {
     std::string controllers, path;
 };
 
-// mountinfo writes a blank as \040.
+// Text of a field of mountinfo, in which a blank is written as \040.
 std::string unescaped(const std::string& text)
 {
     std::string out;
@@ -39,7 +39,7 @@ std::string unescaped(const std::string& text)
 
 std::vector<Hierarchy> hierarchiesOf(const std::string& root)
 {
-    // where they usually are; a folder that was put there by other means counts too
+    // starts with the usual folder, which counts even if it is no mount point of its own
     std::vector<Hierarchy> all = {{true, "", "/sys/fs/cgroup"}};
     for (const char* const one : {"memory", "pids", "cpu"})
         all.push_back({false, std::string(",") + one + ",", std::string("/sys/fs/cgroup/") + one});
@@ -62,7 +62,7 @@ std::vector<Membership> membershipsOf(const std::string& root)
 {
     std::vector<Membership> all;
     std::ifstream groups(root + "/proc/self/cgroup");
-    for (std::string line; std::getline(groups, line);) { // 4:cpu,cpuacct:/path
+    for (std::string line; std::getline(groups, line);) { // a line is like "4:cpu,cpuacct:/path"
         const size_t first = line.find(':'), second = line.find(':', first + 1);
         if (first == std::string::npos || second == std::string::npos)
             continue;
@@ -72,8 +72,8 @@ std::vector<Membership> membershipsOf(const std::string& root)
     return all;
 }
 
-// The group below the folder where the tree is mounted, "" for that folder itself: in a container the process may be told of
-// a path that cannot be seen.
+// Path of the group relative to the folder where the tree is mounted, "" for that folder: in a container the process
+// may be told of a path that cannot be seen from inside.
 std::string below(const Hierarchy& tree, std::string path)
 {
     if (!path.starts_with('/'))
@@ -86,7 +86,7 @@ std::string below(const Hierarchy& tree, std::string path)
     return path == "/" || path.find("/..") != std::string::npos ? "" : path;
 }
 
-// Calls take(folder) for the group and those around it.
+// Calls take(folder) for the group of this process and for each group around it, in every tree.
 void forEachGroup(const std::string& root, const std::vector<Hierarchy>& trees, const std::vector<Membership>& places,
                   const std::string& controller,
                   const std::function<void(const std::string& folder, bool second)>& take)
@@ -107,7 +107,7 @@ void forEachGroup(const std::string& root, const std::vector<Hierarchy>& trees, 
     }
 }
 
-// The first words of a file; none where it cannot be read.
+// First two words of a file; empty if it cannot be read.
 std::vector<std::string> wordsOf(const std::string& path)
 {
     std::ifstream file(path);
@@ -117,7 +117,7 @@ std::vector<std::string> wordsOf(const std::string& path)
     return words;
 }
 
-// "max", and any word that is no number, is no limit.
+// Limit that word `i` states; "max", and any word that is no number, means no limit.
 uint64_t limitOf(const std::vector<std::string>& words, size_t i = 0)
 {
     uint64_t value = 0;
@@ -127,11 +127,12 @@ uint64_t limitOf(const std::vector<std::string>& words, size_t i = 0)
     return value;
 }
 
-// Bytes of files in a group's memory, which the system frees when memory is short.
+// Bytes of cached files that count as the group's memory; the system frees them when memory is short.
 uint64_t fileBytes(const std::string& folder, bool second)
 {
     std::ifstream file(folder + "memory.stat");
-    const std::string prefix = second ? "" : "total_"; // with the groups below
+    // prefix of the sums of version 1 that include the groups below
+    const std::string prefix = second ? "" : "total_";
     uint64_t bytes = 0, value = 0;
     for (std::string word; file >> word >> value;)
         if (word == prefix + "inactive_file" || word == prefix + "active_file")
@@ -142,7 +143,8 @@ uint64_t fileBytes(const std::string& folder, bool second)
 void takeMemory(const std::string& folder, bool second, CgroupLimits& limits)
 {
     const uint64_t most = limitOf(wordsOf(folder + (second ? "memory.max" : "memory.limit_in_bytes")));
-    if (second) // above it a process hardly gets on, but lives: budgets keep below it, and no memory is refused
+    // memory.high: above it a process becomes very slow but lives; budgets stay below it, but no memory is refused
+    if (second)
         limits.memory = std::min(limits.memory, limitOf(wordsOf(folder + "memory.high")));
     if (most == std::numeric_limits<uint64_t>::max())
         return;
@@ -153,7 +155,7 @@ void takeMemory(const std::string& folder, bool second, CgroupLimits& limits)
     limits.memory_free = std::min(limits.memory_free, most - std::min(most, kept));
 }
 
-// Processors that `quota` of each `period` is.
+// Number of processors that `quota` microseconds in each `period` microseconds amount to.
 double shareOf(uint64_t quota, uint64_t period)
 {
     constexpr uint64_t none = std::numeric_limits<uint64_t>::max();

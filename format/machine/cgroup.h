@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits of the control groups of this process: a container's, systemd's (MemoryMax, TasksMax, CPUQuota), a batch
-// system's. Reads version 1 and 2, the process's own group and those around it.
+// Reads the limits of the control groups of this process, which a container, systemd (MemoryMax, TasksMax, CPUQuota) or
+// a batch system sets. Knows versions 1 and 2, and counts the process's own group and all groups around it.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,16 @@
 namespace gsc {
 
 struct CgroupLimits {
-    uint64_t memory = std::numeric_limits<uint64_t>::max(); // bytes
+    uint64_t memory = std::numeric_limits<uint64_t>::max(); // limit of memory in bytes
     uint64_t memory_free =
-        // left before the system kills the process; memory that only caches files counts as free
+        // bytes left before the system kills the process; memory that only caches files counts as free
         std::numeric_limits<uint64_t>::max();
-    uint64_t pids = std::numeric_limits<uint64_t>::max();        // processes and threads together
-    double processors = std::numeric_limits<double>::infinity(); // CPU time per time: 1.5 is one and a half processors
+    uint64_t pids = std::numeric_limits<uint64_t>::max(); // limit of processes and threads together
+    // limit of processors: 1.5 is the time of one and a half
+    double processors = std::numeric_limits<double>::infinity();
 };
 
-// `root` is a folder that stands for / (tests). A limit that cannot be read counts as none.
+// `root`: folder that takes the place of / in tests. A limit that cannot be read counts as no limit.
 CgroupLimits cgroupLimits(const std::string& root = "");
 
 } // namespace gsc

@@ -21,8 +21,9 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kStack = 2 << 20; // bytes, of a thread
-constexpr uint64_t kReserve = 16;    // a sixteenth is for the system's own records of a process, and pages of files
+constexpr uint64_t kStack = 2 << 20; // bytes of a thread's stack
+// a sixteenth (1 / 16) of the memory is left for the system's own records of a process, and for pages of files
+constexpr uint64_t kReserve = 16;
 
 const CgroupLimits& limitsAtStart()
 {
@@ -36,10 +37,10 @@ uint64_t machineMemory()
     return pages > 0 && page > 0 ? uint64_t(pages) * uint64_t(page) : 0;
 }
 
-// Bytes that RLIMIT_DATA is about; a sanitizer has terabytes of it.
+// Bytes of this process that RLIMIT_DATA counts; under a sanitizer these are terabytes.
 uint64_t dataBytes()
 {
-    std::ifstream file("/proc/self/statm"); // pages: size, resident, shared, text, library, data
+    std::ifstream file("/proc/self/statm"); // six numbers of pages: size, resident, shared, text, library, data
     uint64_t pages = 0;
     for (int i = 0; i < 6; ++i)
         file >> pages;
@@ -47,7 +48,7 @@ uint64_t dataBytes()
 }
 
 #ifdef __linux__
-// The limit of data before boundMemory(), where that changed it.
+// Limit of data memory that this process was started with, empty unless boundMemory() changed it.
 std::optional<rlimit>& startedWith()
 {
     static std::optional<rlimit> limit;
@@ -55,7 +56,7 @@ std::optional<rlimit>& startedWith()
 }
 #endif
 
-// NVIDIA's, of Linux or of Windows as WSL has it.
+// Returns true if an NVIDIA driver is there, that of Linux or that of Windows under WSL.
 bool gpuDriver()
 {
     return ::access("/dev/nvidiactl", F_OK) == 0 || ::access("/dev/dxg", F_OK) == 0;
@@ -87,7 +88,7 @@ void boundMemory()
     const uint64_t memory_free = limitsAtStart().memory_free;
     if (memory_free >= machineMemory() || dataBytes() > memory_free || gpuDriver())
         return;
-    // a stack counts whole, though little of it is touched
+    // makes stacks smaller, since a limit counts a stack whole, though little of it is touched
     pthread_attr_t attributes;
     if (pthread_attr_init(&attributes) == 0) {
         pthread_attr_setstacksize(&attributes, kStack);

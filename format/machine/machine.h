@@ -1,23 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much of the machine this process may use. All that asks for "all cores" or "half of the memory" asks here.
+// Tells how much of the machine this process may use; "all cores" and "half of the memory" are computed from these
+// numbers everywhere.
 #pragma once
 
 #include <cstdint>
 
 namespace gsc {
 
-// Bytes: the machine's memory, or less where a control group allows less; 0 = unknown.
+// Bytes of memory: the machine's, or less if a control group allows less; 0 = unknown.
 uint64_t usableMemory();
 
-// Where a control group allows less memory than the machine has, the system kills a program that takes more. From now on
-// such a program gets none instead: std::bad_alloc. Where a GPU's driver is, nothing is changed: it reserves far more than
-// it takes.
+// Limits this process to the memory that a control group allows, if that is less than the machine's. Allocations beyond
+// it then throw std::bad_alloc, where otherwise the system would kill the process. Does nothing on a machine with a GPU
+// driver, which reserves far more memory than it takes.
 void boundMemory();
 
-// Gives a child the limit that this process was started with.
+// Gives the child process with number `process` the memory limit that this process was started with.
 void restoreLimits(int process);
 
-// 1 or more: the processors that this process may run on, or fewer where a control group allows less of their time.
+// Number of processors that this process may use, 1 or more; fewer than the machine's if its affinity or a control
+// group says so.
 int usableProcessors();
 
 } // namespace gsc

@@ -19,17 +19,18 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kRoom = 32;   // threads that others may start without any check
-constexpr size_t kReserve = 8; // for libraries that start threads when they are loaded, and for single threads
+constexpr size_t kRoom = 32; // threads that must remain for code which starts threads without asking
+// threads left for libraries that start some when they are loaded, and for single threads
+constexpr size_t kReserve = 8;
 
 size_t threadsOfProcess()
 {
-    std::error_code none; // without /proc: 0
+    std::error_code none; // set if there is no /proc; the function then returns 0
     const std::filesystem::directory_iterator tasks("/proc/self/task", none);
     return none ? 0 : size_t(std::distance(begin(tasks), end(tasks)));
 }
 
-// A thread that has been joined still counts for a moment.
+// Waits, at most 20 ms, until this process has no more than `threads` threads: one joined still counts for a moment.
 void waitUntilGone(size_t threads)
 {
     const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(20);
@@ -43,7 +44,8 @@ void* waitForTurn(void* turn)
     return nullptr;
 }
 
-// First answer of startableThreads(), kept for pools: at least `most` were free, or `found` where fewer were.
+// Result of startableThreads(), kept for later calls: at least `most` threads were free; if fewer than asked for,
+// `found`.
 struct Room {
     std::mutex mutex;
     size_t most = 0, found = std::numeric_limits<size_t>::max();
@@ -77,7 +79,7 @@ size_t startableThreads(size_t most)
 {
     const ThreadAttempt attempt;
     const size_t before = threadsOfProcess();
-    std::mutex turn; // they end together
+    std::mutex turn; // held until all threads have started, so that they end together
     std::vector<pthread_t> started;
     {
         const std::lock_guard lock(turn);
@@ -113,7 +115,8 @@ std::string threadLimits()
     rlimit limit{};
     if (getrlimit(RLIMIT_NPROC, &limit) == 0)
         text += "ulimit -u is " + textOf(limit.rlim_cur) + ", ";
-    if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) // stacks lie in it
+    // a limit of address space counts too, since stacks lie in it
+    if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
         text += "ulimit -v is " + textOf(limit.rlim_cur / 1024) + ", ";
     if (getrlimit(RLIMIT_DATA, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
         text += "memory for stacks and all else is " + std::to_string(limit.rlim_cur >> 20) + " MiB, ";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Threads where the system gives few: ulimit -u, TasksMax of systemd, the pids limit of a container. Code that can do
-// with fewer threads asks how many there are; code that cannot throws an Error that names the limits.
+// Starts threads where the system allows few: ulimit -u, TasksMax of systemd, the pids limit of a container. Code that
+// can work with fewer threads asks how many it can have; code that cannot throws an Error that names these limits.
 #pragma once
 
 #include <gsc/error.h>
@@ -12,19 +12,21 @@
 
 namespace gsc {
 
-// Number of threads that can be started now, at most `most`: starts that many and lets them end. Takes microseconds for
-// each.
+// Returns how many threads can be started now, at most `most`: it starts that many and lets them end, which takes
+// microseconds for each.
 size_t startableThreads(size_t most);
 
-// Threads of a pool that asks for `threads` (0 = all usable processors), the caller's among them: that number if it
-// leaves dozens for others, else at most half of the threads that can be started. Computed once for a process.
+// Number of threads for a pool, its caller's included, of which `threads` are wanted (0 = all usable processors): that
+// number if dozens are left for others, else at most half of those that can be started. Whether threads are few is
+// found once per process.
 int poolThreads(int threads);
 
-// Does that leave fewer than dozens for others? A library that ends the process where it gets no thread must then start none.
+// Returns true if a pool of `threads` (0 = all usable processors) would leave fewer than 32 for others. A library that
+// ends the process when it gets no thread must then start none.
 bool threadsAreShort(int threads);
 
-// While one lives on a thread, code there that starts threads continues with fewer if the system gives no more. Without
-// it the program may end (runtime/cli/thread_guard.h).
+// While an object of this class lives on a thread, code on that thread that cannot start as many threads as it wants
+// continues with fewer. Without such an object the program may end (runtime/cli/thread_guard.h).
 class ThreadAttempt {
 public:
     ThreadAttempt() { ++count; }
@@ -37,16 +39,16 @@ private:
     static inline thread_local int count = 0;
 };
 
-// "ulimit -u is 12, pids.max is 40".
+// Limits that apply to threads, for messages: "ulimit -u is 12, pids.max is 40".
 std::string threadLimits();
 
-// Error(OutOfMemory): `object` needs `count` threads that cannot be started.
+// Makes an Error(OutOfMemory): `object` needs `count` threads that cannot be started.
 Error tooFewThreads(const std::string& object, size_t count = 1);
 
-// Throws tooFewThreads() where fewer than `count` can be started.
+// Throws tooFewThreads() if fewer than `count` threads can be started now.
 void requireThreads(const std::string& object, size_t count);
 
-// A std::thread or std::jthread that runs `body`; throws tooFewThreads().
+// Starts a std::thread or std::jthread that runs `body`; throws tooFewThreads() if that fails.
 template <typename Thread, typename Body>
 Thread startThread(const char* object, Body&& body)
 {

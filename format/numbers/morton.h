@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Morton order of signed cell coordinates: x in the lowest bit of each triple, then y, then z.
+// Morton keys of signed cell coordinates: the bits of x, y and z alternate, x in the lowest bit of each three, then y,
+// then z.
 #pragma once
 
 #include <cstdint>
 
 namespace gsc {
 
-constexpr int32_t kMortonBias = 1 << 20; // coordinates in [-2^20, 2^20) keep their order and their nesting
+// added to coordinates: those in [-2^20, 2^20) then keep their order and nesting
+constexpr int32_t kMortonBias = 1 << 20;
 
-// Spreads the low 21 bits to every third bit.
+// Moves bit i of the low 21 bits to bit 3 i.
 constexpr uint64_t spreadBits3(uint64_t value)
 {
     value &= 0x1fffff;
@@ -36,13 +38,13 @@ constexpr uint64_t mortonEncode(uint32_t x, uint32_t y, uint32_t z)
     return spreadBits3(x) | spreadBits3(y) << 1 | spreadBits3(z) << 2;
 }
 
-// A node of 2^s nodes per axis has key >> 3s, because the bias is a power of two.
+// Key of a cell. A node 2^s cells wide has the key of any of its cells >> 3 s, because the bias is a power of two.
 constexpr uint64_t mortonKey(int32_t x, int32_t y, int32_t z)
 {
     return mortonEncode(uint32_t(x + kMortonBias), uint32_t(y + kMortonBias), uint32_t(z + kMortonBias));
 }
 
-// Inverse of mortonKey(x, y, z) >> 3 * shift: the smallest coordinates of the node, before the shift.
+// Smallest coordinates of a node, in units of its width 2^shift, from its key mortonKey(x, y, z) >> 3 * shift.
 constexpr void mortonCorner(uint64_t key, uint32_t shift, int32_t corner[3])
 {
     for (uint32_t axis = 0; axis < 3; ++axis)

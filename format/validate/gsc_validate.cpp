@@ -48,7 +48,7 @@ std::string place(const char* array, uint64_t index, const char* field)
 
 bool allFinite(std::span<const float> values)
 {
-    // note: on the bits and without a branch, so that it vectorises; every float of a file passes here
+    // note: works on the bits and without a branch, so that it is vectorised; every float of a file passes here
     uint32_t bad = 0;
     for (const float value : values)
         bad |= uint32_t((std::bit_cast<uint32_t>(value) & 0x7f800000u) == 0x7f800000u);
@@ -68,7 +68,8 @@ bool orderedFinite(float low, float high)
 
 bool mortonLess(const int32_t (&a)[3], const int32_t (&b)[3])
 {
-    // the axis whose coordinates differ in the highest bit decides; of equals the later axis, whose bit lies above
+    // the axis whose coordinates differ in the highest bit decides; if two axes differ in the same bit, the later axis,
+    // whose bit lies higher in the key
     uint32_t best = 0;
     bool less = false;
     for (int axis = 0; axis < 3; ++axis) {

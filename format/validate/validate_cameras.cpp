@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// CAMS: poses a player can start from.
+// Checks CAMS, the cameras from which a player can start.
 #include "format/validate/gsc_validate.h"
 #include <gsc/utf8.h>
 
@@ -10,9 +10,9 @@ namespace gsc::validate {
 
 namespace {
 
-constexpr uint32_t kMaxCameraSize = 32768; // largest size of a player's pictures, pixels per axis
+constexpr uint32_t kMaxCameraSize = 32768; // largest width and height of a player's pictures in pixels
 
-// False if a value is not finite.
+// Reports values that are not finite; returns false if there is one.
 bool checkPose(Context& context, const CameraRecord& camera, uint64_t i, uint64_t at)
 {
     const auto finite = [&](const char* name, const double* values, uint32_t count, size_t offset) {
@@ -27,7 +27,8 @@ bool checkPose(Context& context, const CameraRecord& camera, uint64_t i, uint64_
     return finite("rotation", camera.rotation, 9, offsetof(CameraRecord, rotation)) && has_position;
 }
 
-// cameras.json holds rounded numbers, and some pipelines write scaled or sheared ones: worth a word, no reason to refuse
+// Warns of a rotation matrix that is not orthonormal. It is no error: cameras.json holds rounded numbers, and some
+// pipelines write scaled or sheared matrices.
 void checkRotation(Context& context, const CameraRecord& camera, uint64_t i, uint64_t at)
 {
     for (uint32_t a = 0; a < 3; ++a)
@@ -81,7 +82,7 @@ void checkCameras(Context& context)
             GSC_REPORT(log, CameraSize, at + offsetof(CameraRecord, width), place("cameras", i, "width"), camera.width,
                        camera.height, kMaxCameraSize);
         checkName(context, camera, i, at);
-        // a row of the trainer's table, which the file need not hold: players look it up in EMBD
+        // `appearance` is a row of the trainer's table, which EMBD need not have: players look for it there
         if (camera.appearance < -1 || (camera.appearance >= 0 && !has_appearance))
             GSC_REPORT(log, CameraAppearance, at + offsetof(CameraRecord, appearance),
                        place("cameras", i, "appearance"), camera.appearance,

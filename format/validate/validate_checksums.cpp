@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checksums of the header with its table, of sections, and of the payload of a chunk.
+// Checks the checksums of the header with the section table, of the sections, and of the payload of each chunk.
 #include "format/validate/gsc_validate.h"
 
 #include <gsc/archive_layout.h>

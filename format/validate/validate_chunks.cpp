@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// CHNK and GRUP: ranges that cover the model without a gap, payloads that lie one behind the other, bounds.
+// Checks CHNK and GRUP: ranges that cover the model without a gap, payloads that lie one behind the other, bounds.
 #include "format/validate/gsc_validate.h"
 
 #include <algorithm>
@@ -11,14 +11,16 @@ namespace gsc::validate {
 
 namespace {
 
-constexpr int32_t kMaxOrigin = 1 << 30; // origin + 16-bit local stays far inside int32_t
+// largest magnitude of an origin: with a 16-bit local position added, it stays far inside int32_t
+constexpr int32_t kMaxOrigin = 1 << 30;
 
 struct Running {
-    uint64_t anchor, group, leaf; // first anchor, group and leaf of the next chunk
+    uint64_t anchor, group, leaf; // first anchor, group and leaf that the next chunk must have
     uint64_t anchor_end, group_end, leaf_end;
 };
 
-// Reports boxes that are not finite and ordered, or leave `outer` (null = no outer box).
+// Reports a box that is not finite, whose low is above its high, or that is not inside the outer box (none if outer_low
+// is null).
 template <typename Report>
 void checkBox(const float (&low)[3], const float (&high)[3], const float* outer_low, const float* outer_high,
               const Report& report)
@@ -67,7 +69,7 @@ bool checkChunkRanges(Context& context, uint64_t i, uint32_t level_index, Runnin
     return log.errors() == before;
 }
 
-// `end` is where the payload before it ends in ANCH.
+// Checks the range and size of the payload of chunk `i`. `end`: end of the payload before it in ANCH, then of this one.
 bool checkChunkPayload(Context& context, uint64_t i, uint64_t& end)
 {
     IssueLog& log = context.log;
@@ -186,7 +188,7 @@ void checkGroupValues(Context& context, uint64_t i, const ChunkRecord& chunk)
 void checkAnchorsEntry(Context& context, uint64_t payload_end)
 {
     const SectionEntry& entry = *context.entry(kSectionAnchors);
-    // the padding that follows the last payload may be part of the section or not
+    // the section may end with the last payload, or with the padding behind it
     if (entry.bytes != payload_end && entry.bytes != alignUp(payload_end, kPayloadAlign))
         GSC_REPORT(context.log, AnchorsBytes, entry.offset, "/sections/ANCH", entry.bytes, payload_end);
     checkAnchorsChecksum(context, entry);
@@ -210,7 +212,7 @@ bool checkChunks(Context& context)
                      level.group_first + level.group_count,
                      level.leaf_first + level.leaf_count};
         for (uint64_t i = level.chunk_first; i < level.chunk_first + level.chunk_count; ++i) {
-            // the ranges that follow depend on this one: one report says more than thousands
+            // stops here, since later chunks' ranges depend on this one: one report says more than thousands
             if (!checkChunkRanges(context, i, li, next))
                 return false;
             good &= checkChunkPayload(context, i, payload_end);

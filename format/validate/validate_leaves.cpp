@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// LEAF and INDX: the spatial directory and the way back from the source.
+// Checks LEAF, the boxes of anchors, and INDX, the numbers of the anchors by source index.
 #include "format/validate/gsc_validate.h"
 
 #include <algorithm>
@@ -20,7 +20,8 @@ void checkLeafOrigin(Context& context, uint64_t i, const ChunkRecord& chunk, boo
     const uint64_t at = context.offsetOf(kSectionLeaves) + i * sizeof(LeafRecord) + offsetof(LeafRecord, origin);
     const uint32_t cell_log2 = context.view.levels[chunk.level_index].cell_log2;
     for (uint32_t axis = 0; axis < 3; ++axis) {
-        const int64_t low = chunk.origin[axis] / (int64_t(1) << cell_log2); // exact, the origin is a multiple
+        // exact, since the origin is a multiple of the divisor
+        const int64_t low = chunk.origin[axis] / (int64_t(1) << cell_log2);
         const int64_t origin = leaf.origin[axis];
         if (origin % kLeafCells != 0 || origin < low || origin >= low + kChunkCells) {
             GSC_REPORT(log, LeafOrigin, at + 4 * axis, place("leaves", i, "origin"), axis, leaf.origin[axis], low,
@@ -40,7 +41,7 @@ void checkLeafOrigin(Context& context, uint64_t i, const ChunkRecord& chunk, boo
 void checkOrdinals(Context& context, const LevelRecord& level)
 {
     IssueLog& log = context.log;
-    std::vector<bool> seen(level.leaf_count); // bounded: LEAF really holds that many records
+    std::vector<bool> seen(level.leaf_count); // memory is bounded: LEAF really holds that many records
     for (uint64_t i = level.leaf_first; i < level.leaf_first + level.leaf_count; ++i) {
         const uint32_t ordinal = context.view.leaves[i].nanovdb_index;
         const uint64_t at =
@@ -94,7 +95,7 @@ void checkIndex(Context& context)
     const uint64_t anchors = context.view.header->anchor_count;
     const uint64_t at = context.offsetOf(kSectionIndex);
     const std::span<const uint32_t> index = context.view.index;
-    std::vector<bool> seen(anchors); // bounded: INDX really holds that many entries
+    std::vector<bool> seen(anchors); // memory is bounded: INDX really holds that many entries
     for (uint64_t i = 0; i < index.size(); ++i) {
         const uint32_t anchor = index[i];
         if (anchor >= anchors) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// META, PARM and LEVL: small sections everything else is measured against.
+// Checks META, PARM and LEVL, small sections on which all other checks depend.
 #include "format/validate/gsc_validate.h"
 #include <gsc/utf8.h>
 
@@ -68,7 +68,7 @@ void checkCounts(Context& context, const ModelParams& p, uint64_t at)
     if (p.appearance_dim > kMaxAppearanceDim || (p.appearance_dim == 0) != (p.appearance_rows == 0))
         GSC_REPORT(log, ParamAppearance, at + offsetof(ModelParams, appearance_dim), param("appearance_dim"),
                    p.appearance_dim, p.appearance_rows, kMaxAppearanceDim);
-    const uint32_t fork_min = has_levels ? 2 : 0; // log2(fork) divides the LOD rule
+    const uint32_t fork_min = has_levels ? 2 : 0; // with levels at least 2: the rule of levels divides by log2(fork)
     if (p.fork < fork_min || p.fork > kMaxFork)
         GSC_REPORT(log, ParamFork, at + offsetof(ModelParams, fork), param("fork"), p.fork, fork_min, kMaxFork);
     if (p.level_count < 1 || p.level_count > kMaxLevels || (!has_levels && p.level_count != 1))
@@ -124,7 +124,7 @@ void checkValues(Context& context, const ModelParams& p, uint64_t at)
                        p.reserved[i]);
 }
 
-// One level by itself.
+// Checks one level without regard to the others.
 void checkLevel(Context& context, const LevelRecord& level, uint32_t index, uint64_t at)
 {
     IssueLog& log = context.log;
@@ -143,7 +143,7 @@ void checkLevel(Context& context, const LevelRecord& level, uint32_t index, uint
         GSC_REPORT(log, LevelCell, at + offsetof(LevelRecord, cell_log2), place("levels", index, "cell_log2"),
                    level.cell_log2, kMaxCellLog2);
 
-    // v_L is one fp32 rounding of a quotient whose own roundings depend on the trainer: a few ulps are allowed
+    // allows a few ulps: v_L is one fp32 rounding of a quotient, whose own roundings depend on the trainer
     const double quotient = double(p.voxel_size) / std::pow(double(std::max(p.fork, 1u)), level.level);
     const bool has_grid = p.position_encoding == uint32_t(PositionEncoding::Grid);
     const bool positive = std::isfinite(level.quantum) && level.quantum > 0;
@@ -173,7 +173,7 @@ void checkManifest(Context& context)
     const std::span<const std::byte> bytes = context.content(entry);
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     context.view.manifest = text;
-    // note: the JSON itself is parsed by `gsc validate`; here no reader is handed bytes that are not text
+    // note: `gsc validate` parses the JSON itself; this check makes sure that every reader gets text
     const size_t good = utf8Prefix(text);
     const size_t control = size_t(std::find_if(text.begin(), text.end(),
                                                [](char c) {

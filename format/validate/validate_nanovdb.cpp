@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// NVDB: the head of each level's grid. Its topology is checked with NanoVDB's own reader by `gsc validate`.
+// Checks in NVDB the head of each level's grid. `gsc validate` checks the tree of the grid with NanoVDB's own reader.
 #include "format/validate/gsc_validate.h"
 
 #include <cstddef>
@@ -8,10 +8,10 @@ namespace gsc::validate {
 
 namespace {
 
-constexpr uint64_t kGridMagic = 0x304244566f6e614e; // "NanoVDB0"
-constexpr uint32_t kGridMajor = 32;                 // NanoVDB's file-format version, OpenVDB 10.0
+constexpr uint64_t kGridMagic = 0x304244566f6e614e; // "NanoVDB0" in ASCII, the first 8 bytes of a grid
+constexpr uint32_t kGridMajor = 32;                 // version of NanoVDB's file format, that of OpenVDB 10.0
 constexpr uint64_t kGridAlign = 32;
-// offsets in nanovdb::GridData (672 bytes) and the TreeData (64 bytes) that follows it
+// byte offsets in nanovdb::GridData (672 bytes) and in the TreeData (64 bytes) behind it
 constexpr uint64_t kGridVersionOffset = 16;
 constexpr uint64_t kGridSizeOffset = 32;
 constexpr uint64_t kLeafCountOffset = 672 + 32;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// MLPP: shapes that follow from the parameters, arrays that lie in the section, and values that are MLPW's.
+// Checks MLPP: shapes that follow from the parameters, arrays that lie in the section, and values that equal those of
+// MLPW.
 #include <gsc/half.h>
 #include "format/validate/validate_regions.h"
 
@@ -35,7 +36,7 @@ std::vector<PackedRegion> packedRegions(const PackedMlpHeader& h)
     return regions;
 }
 
-// Halves have five exponent bits; all ones is infinity or NaN.
+// Index of the first half that is not finite (whose five exponent bits are all ones), or values.size().
 size_t finiteHalfPrefix(std::span<const uint16_t> values)
 {
     return size_t(std::find_if(values.begin(), values.end(), [](uint16_t v) { return (v & 0x7c00u) == 0x7c00u; }) -
@@ -61,7 +62,7 @@ bool checkPackedShape(Context& context, const PackedMlpHeader& h, uint64_t at)
     return log.errors() == before;
 }
 
-// Fused first layer, row of input `i` of a head (PackedMlpHeader).
+// Row of the fused first layer (PackedMlpHeader) for input `i` of a head.
 uint32_t fusedRow(const MlpRecord& mlp, uint32_t feat_dim, uint32_t i)
 {
     if (i < feat_dim + 3)
@@ -80,7 +81,7 @@ uint32_t fusedRow(const MlpRecord& mlp, uint32_t feat_dim, uint32_t i)
     return feat_dim + 5 + i;
 }
 
-// Nearest half, or the largest finite one where the weight is beyond it.
+// Returns true if `half` is the one nearest to `weight`, or the largest finite one if `weight` is beyond that.
 bool matchesHalf(float weight, uint16_t half)
 {
     constexpr float kMaxHalf = 65504;
@@ -115,7 +116,7 @@ public:
         }
         compareFloats("first_f32", m_header.first_f32, first);
         compareFloats("first_bias_f32", m_header.first_bias_f32, bias);
-        // the half-precision copy has no appearance rows and is padded with zero rows
+        // the half-precision copy has no rows for the appearance; it is padded with rows of zeros
         first.resize(size_t(p.feat_dim + 5) * columns);
         first.resize(size_t(m_header.k_pad) * columns);
         compareHalves("first_f16", m_header.first_f16, first, columns);
@@ -157,7 +158,7 @@ private:
                 report(name, offset + 4 * i, i, found[i], expected[i]);
     }
 
-    // `expected`: whole 16 x 8 tiles, row-major, `columns` wide.
+    // Compares the halves at `offset` with `expected`, row-major, `columns` wide and made of whole tiles of 16 x 8.
     void compareHalves(const char* name, uint64_t offset, std::span<const float> expected, uint32_t columns)
     {
         const auto found = m_packed.array<uint16_t>(offset, expected.size()).value();
@@ -183,7 +184,8 @@ bool checkPacked(Context& context)
     IssueLog& log = context.log;
     const ByteView section(context.view.packed);
     const uint64_t at = context.offsetOf(kSectionPacked);
-    const PackedMlpHeader header = section.load<PackedMlpHeader>(0).value(); // bindSections() saw to its presence
+    // MLPP is present and this long, since bindSections() has checked that
+    const PackedMlpHeader header = section.load<PackedMlpHeader>(0).value();
     for (uint32_t i = 0; i < std::size(header.reserved); ++i)
         if (header.reserved[i] != 0)
             GSC_REPORT(log, PackedReserved, at + offsetof(PackedMlpHeader, reserved) + 8 * i, "/packed/reserved", i,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ANCH: checks the chunk payloads against the records about them.
+// Checks ANCH: the chunk payloads, and that the records about them are true.
 #include "format/numbers/compact.h"
 #include "format/validate/gsc_validate.h"
 #include <gsc/interrupt.h>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr uint16_t kKnownPositionFlags = kNegativeZeroX | kNegativeZeroY | kNegativeZeroZ;
 
-// One chunk; its ranges are known to be sound.
+// Checks the payload of one chunk, whose ranges are known to be sound.
 class PayloadCheck {
 public:
     PayloadCheck(Context& context, uint32_t chunk_index)
@@ -39,7 +39,7 @@ public:
             checkGroup(m_view.groups[m_chunk.group_first + i]);
     }
 
-    // Padding between the arrays.
+    // Reports bytes between the arrays that are not zero.
     template <typename Report>
     void checkPadding(const Report& report) const
     {
@@ -52,7 +52,8 @@ public:
     }
 
 private:
-    // `local` counts from the chunk's first anchor.
+    // Value of an anchor in an array of the payload, null if the array is absent. `local` is counted from the chunk's
+    // first anchor.
     template <typename T>
     [[nodiscard]] const T* at(ChunkArray array, uint32_t local) const
     {
@@ -82,7 +83,8 @@ private:
         }
     }
 
-    // Grid positions only: where an anchor that is stored as floats belongs depends on the writer's rounding.
+    // Checks that the anchors of a leaf lie in it. Only for grid positions: for an anchor stored as floats the leaf
+    // depends on the writer's rounding.
     void checkLeaf(const LeafRecord& leaf) const
     {
         const uint32_t shift = m_level.cell_log2;
@@ -113,7 +115,7 @@ private:
         }
     }
 
-    // False if the position cannot be used to place Gaussians.
+    // Checks the position of anchor `i` and returns it in `out`. Returns false if it cannot be used to place Gaussians.
     bool checkPosition(const GroupRecord& group, uint32_t i, float (&out)[3]) const
     {
         bool good = true;
@@ -143,8 +145,8 @@ private:
         return good;
     }
 
-    // exp() of every scale is finite and under the group's bound. -inf is legal: a Gaussian of size zero.
-    // `harmless`: the logarithm up to which scale 3..5 need no exp() for that.
+    // Checks that exp() of every scale is finite and not above the group's bound. -inf is legal: a Gaussian of size
+    // zero. `harmless`: up to this logarithm scale[3..5] are below the bound without computing exp().
     bool checkScale(const GroupRecord& group, float harmless, uint32_t i, double (&extent)[3]) const
     {
         const float* const scale = at<float>(ChunkArray::Scale, i);
@@ -156,7 +158,7 @@ private:
             if (c < 3)
                 extent[c] = sigma;
             const float bound = c < 3 ? group.anchor_sigma_max : group.gaussian_sigma_max;
-            if (!(sigma <= double(std::numeric_limits<float>::max()))) { // NaN too
+            if (!(sigma <= double(std::numeric_limits<float>::max()))) { // true for NaN too
                 GSC_REPORT(m_log, ScaleValue, fileOffset(ChunkArray::Scale, i) + 4 * c, where(i, "scale"), c,
                            double(scale[c]));
                 good = false;
@@ -181,7 +183,8 @@ private:
         return false;
     }
 
-    // Offsets of a slot must be finite; a model with masked slots may have them masked, all three. False: reported.
+    // Checks that the offsets of every slot are finite, or, in a model with masked slots, all three kMaskedOffset.
+    // Returns false if one was reported.
     bool checkOffsets(uint32_t i) const
     {
         if (!hasMasks())
@@ -209,7 +212,8 @@ private:
                std::bit_cast<uint32_t>(offset[2]) == kMaskedOffset;
     }
 
-    // The centres in exact arithmetic, near enough: bounds must leave room for the rounding of any renderer.
+    // Checks that the centres of the anchor's Gaussians, computed in double, lie in the group's box, which must leave
+    // room for the rounding of any renderer.
     void checkGaussians(const GroupRecord& group, uint32_t i, const float (&position)[3],
                         const double (&extent)[3]) const
     {
@@ -219,28 +223,28 @@ private:
             const double centre = double(position[axis]) + double(value) * extent[axis];
             return centre < double(group.gaussian_min[axis]) || centre > double(group.gaussian_max[axis]);
         };
-        // the centre is monotone in the offset, so the smallest and the largest of an axis speak for all
+        // the centre grows with the offset, so on each axis the smallest and the largest offset are enough
         constexpr float kInfinity = std::numeric_limits<float>::infinity();
         float low[3] = {kInfinity, kInfinity, kInfinity}, high[3] = {-kInfinity, -kInfinity, -kInfinity};
         for (uint32_t c = 0; c < count; c += 3)
             for (uint32_t axis = 0; axis < 3; ++axis) {
-                // note: a masked slot is NaN, which either comparison passes over
+                // note: the offset of a masked slot is NaN, which neither comparison takes
                 low[axis] = std::min(low[axis], offset[c + axis]);
                 high[axis] = std::max(high[axis], offset[c + axis]);
             }
         if (low[0] > high[0])
-            return; // all masked
+            return; // all slots are masked
         bool good = true;
         for (uint32_t axis = 0; axis < 3; ++axis)
             good &= !outside(axis, low[axis]) && !outside(axis, high[axis]);
         for (uint32_t c = 0; c < count && !good; ++c)
-            if (outside(c % 3, offset[c])) // not of a masked one
+            if (outside(c % 3, offset[c])) // false for a masked slot
                 GSC_REPORT(m_log, GaussianBounds, fileOffset(ChunkArray::Offset, i) + 4 * c, where(i, "offset"), c / 3,
                            c % 3, double(position[c % 3]) + double(offset[c]) * extent[c % 3],
                            double(group.gaussian_min[c % 3]), double(group.gaussian_max[c % 3]));
     }
 
-    // Values of a compact model must be whole numbers of the anchor's step (format/numbers/compact.h).
+    // Checks that the values of a compact model are whole numbers of the anchor's step (format/numbers/compact.h).
     void checkSteps(ChunkArray array, uint32_t i, uint32_t count, int bits, const char* name) const
     {
         const std::span<const float> values(at<float>(array, i), count);
@@ -249,7 +253,8 @@ private:
             largest = std::isfinite(v) ? std::max(largest, std::fabs(v)) : largest;
         const int power = compactExponent(largest, bits);
         for (uint32_t c = 0; c < count; ++c) {
-            const double steps = std::ldexp(double(values[c]), -power); // few enough if the largest has few
+            // the number of steps of each value is small enough if that of the largest one is
+            const double steps = std::ldexp(double(values[c]), -power);
             if (std::isfinite(values[c]) && steps != std::nearbyint(steps))
                 GSC_REPORT(m_log, CompactValue, fileOffset(array, i) + 4 * c, where(i, name), name, c,
                            double(values[c]), power, (1 << bits) - 1);
@@ -291,7 +296,7 @@ private:
     uint32_t m_chunk_index;
     ChunkArrayLayout m_layout;
     std::span<const std::byte> m_payload;
-    uint64_t m_payload_at; // offset of the payload in the file
+    uint64_t m_payload_at; // byte offset of the payload in the file
     bool m_has_grid;
 };
 

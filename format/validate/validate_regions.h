@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays of weights inside a section. Internal to format/.
+// Checks on the arrays of weights in a section. Only for format/.
 #pragma once
 
 #include "format/validate/gsc_validate.h"
@@ -15,7 +15,7 @@ struct Region {
     std::string pointer;
 };
 
-// Overlaps would make one value serve two layers; no writer does that.
+// Reports arrays that overlap: one value would serve two layers, which no writer produces.
 template <typename Report>
 void checkOverlaps(std::vector<Region>& regions, const Report& report)
 {

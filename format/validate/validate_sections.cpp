@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The view's spans: every count against the bytes it stands for and against PARM.
+// Fills the spans of the view, after checking every count against the size of its section and against PARM.
 #include "format/validate/gsc_validate.h"
 
 namespace gsc::validate {
@@ -8,7 +8,8 @@ namespace {
 
 enum class Size { Exact, AtLeast };
 
-// count x record_bytes are, or begin, the content of the section. Never multiplies a count of the file.
+// Checks that `count` records are the content of the section, or its beginning. It never multiplies a count of the
+// file, which could wrap around.
 bool checkSize(Context& context, const SectionEntry& entry, const char* name, uint64_t record_bytes, Size size)
 {
     const uint64_t fit = entry.bytes / record_bytes;
@@ -51,7 +52,7 @@ void bindEmbedding(Context& context)
     }
     if (!entry || !checkCount(context, *entry, "EMBD", p.appearance_rows))
         return;
-    // both factors fit 32 bits and appearance_dim is at most kMaxAppearanceDim, so nothing wraps
+    // nothing wraps around: both factors fit 32 bits, and appearance_dim is at most kMaxAppearanceDim
     const uint64_t rows_bytes = alignUp(uint64_t(p.appearance_rows) * sizeof(uint32_t), 64);
     const uint64_t value_count = uint64_t(p.appearance_rows) * p.appearance_dim;
     const uint64_t expected = rows_bytes + value_count * sizeof(float);
@@ -69,7 +70,7 @@ void bindEmbedding(Context& context)
 void bindTile(Context& context)
 {
     const SectionEntry* const entry = context.entry(kSectionTile);
-    const uint64_t anchors = context.view.header->anchor_count; // fits 32 bits
+    const uint64_t anchors = context.view.header->anchor_count; // fits 32 bits, so no product below wraps around
     if (!entry || !checkCount(context, *entry, "TILE", anchors))
         return;
     const uint64_t expected = sizeof(TileRecord) + anchors * sizeof(uint32_t);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// SENS: values that are bounds, and records that bound them.
+// Checks SENS: values that are finite and not negative, and bounds in groups and chunks that are not below them.
 #include "format/validate/gsc_validate.h"
 #include <gsc/half.h>
 
@@ -10,7 +10,8 @@ namespace gsc::validate {
 
 namespace {
 
-// Good halves are ordered as their bits; infinity, NaN and everything negative lie above the largest.
+// Reports a half that is infinite, NaN or negative: as integers, the bits of these lie above those of the largest valid
+// half.
 void checkValue(Context& context, uint64_t anchor, const char* name, size_t offset, uint16_t bits)
 {
     if (bits > kMaxHalfBits)
@@ -27,7 +28,7 @@ void checkGroup(Context& context, uint64_t i)
         std::max_element(anchors.begin(), anchors.end(), [](const AnchorSensitivity& a, const AnchorSensitivity& b) {
             return a.direction < b.direction;
         });
-    // a value that is none is reported by itself
+    // an invalid value was reported already, so only a valid one is compared with the bound
     if (most->direction > kMaxHalfBits || halfToFloat(most->direction) <= group.view_sensitivity)
         return;
     GSC_REPORT(context.log, SensitivityGroup,

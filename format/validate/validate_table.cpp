@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Header and section table: everything that must hold before a byte of content is looked at.
+// Checks header and section table: all that must hold before a byte of content is read.
 #include <gsc/archive_layout.h>
 #include "format/validate/gsc_validate.h"
 
@@ -23,7 +23,7 @@ constexpr KnownSection kRuntimeSections[] = {
     {kSectionCameras, false}, {kSectionSensitivity, false}, {kSectionTile, false},
 };
 
-// The first is the first of a file.
+// Sections that a file of this profile can have; the first one must also be the first in the file.
 std::span<const KnownSection> knownSections(const Context& context)
 {
     if (context.profile == Profile::Archive)
@@ -45,7 +45,7 @@ std::string hexText(std::span<const std::byte> bytes)
     return text.empty() ? "nothing" : text;
 }
 
-// Does the file start with the magic as FTP's text mode, git's autocrlf or mailers leave it?
+// Returns true if the file starts with a magic that FTP's text mode, git's autocrlf or a mail program has changed.
 bool looksMangled(std::span<const std::byte> start)
 {
     const auto at = [&](size_t i) { return i < start.size() ? unsigned(start[i]) : 0u; };
@@ -62,7 +62,7 @@ bool checkMagic(Context& context)
     const std::span<const std::byte> start = context.file.bytes().first(have);
     const std::span<const std::byte> magic = std::as_bytes(std::span(kMagic));
     if (std::equal(start.begin(), start.end(), magic.begin()))
-        return true; // a shorter file is a truncated one
+        return true; // a file that ends within the magic counts as truncated
     if (looksMangled(start))
         GSC_REPORT(context.log, MagicMangled, 0, "/header/magic", hexText(start).c_str());
     else
@@ -81,7 +81,7 @@ void checkReserved(Context& context, const FileHeader& header)
         GSC_REPORT(context.log, HeaderReserved, at, "/header/reserved", unsigned(at));
 }
 
-// One entry by itself.
+// Checks one entry of the table without regard to the others.
 void checkEntry(Context& context, const SectionEntry& entry, uint32_t index)
 {
     IssueLog& log = context.log;
@@ -114,7 +114,7 @@ void checkEntry(Context& context, const SectionEntry& entry, uint32_t index)
                    name.c_str(), entry.bytes, entry.offset, context.file.size());
 }
 
-// The sections one behind the other, so that every byte of the file belongs to something.
+// Checks that sections lie one behind the other, so every byte of the file belongs to something. Returns false if not.
 bool checkOrder(Context& context)
 {
     IssueLog& log = context.log;
@@ -181,7 +181,7 @@ bool checkHeader(Context& context)
     if (log.fatal())
         return false;
 
-    // from here on the file is as long as it says; bytes behind it are reported and not looked at
+    // from here on only the bytes that the header states are looked at; more bytes in the file were reported
     context.file = ByteView(context.file.bytes().first(size_t(header.file_bytes)));
     const auto table = context.file.array<SectionEntry>(sizeof(FileHeader), header.section_count);
     if (!table) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// TILE: which rows of another file a tile has.
+// Checks TILE: the rows of the whole file that a tile has.
 #include "format/validate/gsc_validate.h"
 
 #include <cstddef>
@@ -13,11 +13,11 @@ void checkTile(Context& context)
         return;
     const uint64_t offset = context.offsetOf(kSectionTile);
     const uint64_t whole = view.tile->whole_anchors;
-    // else the tile would be the whole
+    // a tile has fewer anchors than the whole file
     if (whole <= view.tile_rows.size() || whole > kMaxAnchors)
         GSC_REPORT(context.log, TileWhole, offset + offsetof(TileRecord, whole_anchors), "/tile/whole_anchors", whole,
                    uint64_t(view.tile_rows.size() + 1), kMaxAnchors);
-    uint64_t least = 0; // least row number allowed
+    uint64_t least = 0; // smallest row number that may come next
     for (uint64_t i = 0; i < view.tile_rows.size(); ++i) {
         const uint64_t row = view.tile_rows[i];
         if (row < least || row >= whole)

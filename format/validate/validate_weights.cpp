@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// MLPW and EMBD: every shape follows from the parameters, every array lies in its section.
+// Checks MLPW and EMBD: every shape follows from the parameters, every array lies in its section.
 #include "format/validate/validate_regions.h"
 
 #include <cstddef>
@@ -77,7 +77,7 @@ void checkMlpWeights(Context& context, const MlpRecord& mlp, uint32_t i, uint64_
         {"bias1", mlp.bias1, mlp.out, offsetof(MlpRecord, bias1)},
     };
     for (const auto& array : arrays) {
-        const uint64_t bytes = array.count * sizeof(float); // shapes are at most 1792 x 5126
+        const uint64_t bytes = array.count * sizeof(float); // does not wrap around: shapes are at most 1792 x 5126
         if (array.offset % kArrayAlign != 0)
             GSC_REPORT(log, MlpWeightAlign, at + array.field, place("mlps", i, array.name), array.name, array.offset);
         if (array.offset < context.view.mlps.size_bytes() || !section.contains(array.offset, bytes)) {
@@ -87,7 +87,7 @@ void checkMlpWeights(Context& context, const MlpRecord& mlp, uint32_t i, uint64_
         }
         regions.push_back({array.offset, bytes, place("mlps", i, array.name)});
         const auto values = section.array<float>(array.offset, array.count);
-        if (!values) // misaligned, reported above
+        if (!values) // array is not aligned, which was reported above
             continue;
         const size_t good = finitePrefix(*values);
         if (good != values->size())
@@ -125,7 +125,8 @@ void checkEmbedding(Context& context)
     for (uint64_t i = 1; i < rows.size(); ++i)
         if (rows[i] <= rows[i - 1])
             GSC_REPORT(log, EmbeddingRows, at + 4 * i, place("embedding", i, "source_row"), rows[i], rows[i - 1]);
-    for (uint64_t i = 0; i < rows.size(); ++i) // CameraRecord::appearance and players number rows with an int32
+    // checks rows against int32, since CameraRecord::appearance and players number them so
+    for (uint64_t i = 0; i < rows.size(); ++i)
         if (rows[i] > uint32_t(INT32_MAX))
             GSC_REPORT(log, EmbeddingRowRange, at + 4 * i, place("embedding", i, "source_row"), rows[i], INT32_MAX);
     if (values.empty())

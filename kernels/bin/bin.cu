@@ -15,23 +15,23 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kSlabBlock = 512; // threads, a bucket each
+constexpr uint32_t kSlabBlock = 512; // threads of a block, each for one bucket of depths
 static_assert(kDepthBuckets % (4 * kSlabBlock) == 0);
 constexpr uint32_t kThreads = 256;
-constexpr uint32_t kScatterBlocks = 6; // blocks per multiprocessor: 40 registers a thread
+constexpr uint32_t kScatterBlocks = 6; // blocks per multiprocessor, which leaves 40 registers to a thread
 constexpr uint32_t kWideBlocks = 8;
-// Splats of so many bins are dealt to all warps, since the warp that meets them would be the last to end: near splats
-// lie in slots beside each other.
+// A splat that touches kManyBins bins or more is not done by the warp that finds it, but dealt to all warps: near
+// splats lie in neighbouring slots, so that one warp would have many of them and end last.
 constexpr uint32_t kManyBins = 128, kWideParts = 4;
 
-// The part of all of a histogram's counts that lies before the middle of each bucket; never falls. Below zero if there are
-// none. A bucket per thread; a block adds up all of the histogram by itself: it is small, and nothing waits for another
-// block.
+// Share (0..1) of all counts of the histogram that lies before the middle of this thread's bucket; it grows from bucket
+// to bucket. Below zero if all counts are 0. Each block adds up the whole histogram by itself: it is small, and no
+// block waits for another.
 __device__ float middleOf(const uint32_t* histogram)
 {
     using Scan = cub::BlockScan<uint32_t, kSlabBlock>;
     __shared__ typename Scan::TempStorage scratch;
-    __shared__ uint32_t first, all; // counts before this block's buckets, and of all
+    __shared__ uint32_t first, all; // sum of the counts before this block's buckets; sum of all counts
     if (threadIdx.x == 0)
         first = all = 0;
     __syncthreads();
@@ -58,7 +58,7 @@ __device__ float middleOf(const uint32_t* histogram)
     return all != 0 ? (float(first + before) + 0.5f * float(count)) / float(all) : -1.0f;
 }
 
-// A bucket goes to the slab its middle falls into.
+// Gives each bucket of depths the slab into which the middle of the bucket falls.
 __global__ void __launch_bounds__(kSlabBlock) slabKernel(const __grid_constant__ SlabCudaArgs args)
 {
     const uint32_t slab = uint32_t(fmaxf(middleOf(args.histogram), 0.0f) * float(args.slabs));
@@ -72,7 +72,7 @@ __global__ void __launch_bounds__(kThreads, kScatterBlocks) scatterKernel(const 
     const uint32_t e = blockIdx.y, count = min(args.counters->pass.slots[e], args.slot_capacity);
     const uint32_t base = e * args.slot_capacity;
     uint32_t* cells = args.cells + size_t(e) * args.grid.cells();
-    // whole warps stay in the loop: they work together
+    // all lanes of a warp stay in the loop, since they work together
     const uint32_t lane = threadIdx.x & 31u, step = gridDim.x * kThreads;
     const auto placeAt = [&](uint32_t i) { return i < count ? args.places[base + i] : SplatPlace{0, kNoBins}; };
     uint32_t first = blockIdx.x * kThreads + (threadIdx.x & ~31u);
@@ -101,7 +101,8 @@ __global__ void __launch_bounds__(kThreads, kScatterBlocks) scatterKernel(const 
     }
 }
 
-// A block takes a part of a splat that scatterKernel() left; there are none in a frame that will be drawn again.
+// A block takes part of the bins of a splat that scatterKernel() left out. There are no such splats in a frame that
+// will be drawn again.
 __global__ void __launch_bounds__(kThreads) scatterWideKernel(const __grid_constant__ BinCudaArgs args)
 {
     const uint32_t parts = min(args.counters->pass.wide, kWideSplats) * kWideParts;
@@ -112,7 +113,8 @@ __global__ void __launch_bounds__(kThreads) scatterWideKernel(const __grid_const
         uint32_t* cells = args.cells + size_t(slot / args.slot_capacity) * args.grid.cells() +
                           (args.pass.slab_of[depthBucket(place.depth_bits)] & (args.grid.slabs() - 1));
         const uint32_t bins = binCount(place.box);
-        constexpr uint32_t kAtOnce = 4, kStep = kWideParts * kThreads; // atomics that a thread has under way at once
+        // atomic operations that a thread has under way at once
+        constexpr uint32_t kAtOnce = 4, kStep = kWideParts * kThreads;
         for (uint32_t first = part % kWideParts * kThreads + threadIdx.x; first < bins; first += kAtOnce * kStep) {
             uint32_t at[kAtOnce];
 #pragma unroll
@@ -151,7 +153,8 @@ uint32_t pieceCapacity(uint32_t bins, uint32_t pairs)
 uint32_t touchCapacity(uint32_t readers, uint32_t bins, uint32_t pairs)
 {
     return readers *
-           (pairs / kTouchUnit + std::min(bins, pairs / kLongList)); // the last of a list may be all but empty
+           // counts a unit more for each list, the last of which may be nearly empty
+           (pairs / kTouchUnit + std::min(bins, pairs / kLongList));
 }
 
 void binCuda(const BinCudaArgs& args, uint32_t processors, CUstream_st* stream)

@@ -15,10 +15,12 @@ HWY_BEFORE_NAMESPACE();
 namespace gsc {
 namespace HWY_NAMESPACE {
 
-constexpr size_t kPrefetch = 16; // splats ahead: they lie in the order of the anchors, not of depth
+// number of splats that are prefetched: they lie in the order of the anchors, not of depth
+constexpr size_t kPrefetch = 16;
 
-// Gathers splats [begin, end) in depth order, notes the windows of 4 x 4 tiles that each touches, and counts them.
-// counts: per tile, and room for grid_x + 1 more, which may be written to but are not counted up.
+// Copies splats [begin, end) of the depth order to `splats`, notes the 4 x 4 windows of tiles that each touches, and
+// counts the splats per tile in `counts`. That array has grid_x + 1 elements behind its tiles, which may be written to,
+// but do not count.
 void countTiles(const BinArgs& args, size_t begin, size_t end, Splat* splats, uint32_t* counts,
                 std::vector<TileWindow>& windows)
 {
@@ -39,11 +41,11 @@ void countTiles(const BinArgs& args, size_t begin, size_t end, Splat* splats, ui
         const Ellipse ellipse = ellipseOf(splat);
         const uint32_t x0 = splat.x0 / kTileSize, x1 = splat.x1 / kTileSize;
         const uint32_t y0 = splat.y0 / kTileSize, y1 = splat.y1 / kTileSize;
-        // one row or column of tiles round the centre: the ellipse touches all of them, unless the image cuts its box;
-        // then some tiles list a splat that draws nothing there
+        // in a single row or column of tiles round the centre the ellipse touches all tiles; only if the image cuts the
+        // box, some tiles list a splat that draws nothing there
         const bool fills = (x0 == x1 || y0 == y1) && splat.x >= splat.x0 && splat.x <= splat.x1 &&
                            splat.y >= splat.y0 && splat.y <= splat.y1;
-        if (x1 - x0 < 2 && y1 - y0 < 2) { // most splats; counted without branches
+        if (x1 - x0 < 2 && y1 - y0 < 2) { // true for most splats, which are counted without branches
             uint32_t four = (x0 == x1 ? 5u : 15u) & (y0 == y1 ? 3u : 15u);
             if (!fills)
                 four &= touchedCells(d4, 4, ellipse, two_x, two_y, float(x0 * kTileSize), float(y0 * kTileSize), kSide);
@@ -84,8 +86,9 @@ HWY_EXPORT(countTiles);
 
 namespace {
 
-constexpr size_t kMinChunk = 4096; // splats; the split depends on the count alone, never on the threads
-constexpr size_t kMaxChunks = 32;  // bounds the counters: one per chunk and tile
+// splats per chunk at least; the cut into chunks depends on the number of splats alone, never on the threads
+constexpr size_t kMinChunk = 4096;
+constexpr size_t kMaxChunks = 32; // bounds the memory of the counters, of which there is one per chunk and tile
 
 void listTiles(const std::vector<TileWindow>& windows, uint32_t grid_x, uint32_t splat, uint32_t* next,
                uint32_t* entries)
@@ -103,7 +106,8 @@ void listTiles(const std::vector<TileWindow>& windows, uint32_t grid_x, uint32_t
 
 uint64_t binCpu(const BinArgs& args, const Workers& workers, BinScratch& scratch)
 {
-    const size_t tiles = size_t(args.grid_x) * args.grid_y, stride = tiles + args.grid_x + 1; // countTiles()
+    // counters per chunk, as countTiles() needs them
+    const size_t tiles = size_t(args.grid_x) * args.grid_y, stride = tiles + args.grid_x + 1;
     const size_t chunks = std::clamp<size_t>(args.count / kMinChunk, 1, kMaxChunks);
     const auto chunkFirst = [&](size_t c) { return args.count * c / chunks; };
     scratch.splats.reserve(args.count);

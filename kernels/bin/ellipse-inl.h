@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cells, of 4 x 4 square ones, that the ellipse power >= -cutoff of a splat touches. Included once per target.
+// Finds which of up to 4 x 4 square cells the ellipse of a splat touches; the ellipse is where power >= -cutoff.
+// Included once for each SIMD target.
 
 #if defined(GSC_KERNELS_ELLIPSE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef GSC_KERNELS_ELLIPSE_INL_H
@@ -23,13 +24,13 @@ constexpr uint32_t kCells = kCellsPerSide * kCellsPerSide;
 HWY_INLINE void prefetchSplat(const Splat* splat)
 {
     hwy::Prefetch(splat);
-    hwy::Prefetch(&splat->y1); // may lie in the next cache line
+    hwy::Prefetch(&splat->y1); // the end of the splat may lie in the next cache line
 }
 
-// The quadratic form a dx^2 + b2 dx dy + c dy^2 of a splat, and the largest value at which it is drawn.
+// Quadratic form a dx^2 + b2 dx dy + c dy^2 of a splat, and its largest value at which the splat is drawn.
 struct Ellipse {
     float x, y, a, b2, c, slope_x, slope_y, level;
-    bool loose; // may be drawn anywhere
+    bool loose; // true: the form is not trusted, the splat may be drawn in any cell
 };
 
 HWY_INLINE Ellipse ellipseOf(const Splat& s)
@@ -45,10 +46,10 @@ HWY_INLINE Ellipse ellipseOf(const Splat& s)
             s.cutoff >= kLooseCutoff};
 }
 
-// Cell i of `cells`, a multiple of the lanes of d, has its first pixel at (cell_x[i], cell_y[i]) + (x, y) and its last `side`
-// further. Bit i is set if the smallest value of the splat's quadratic form on the cell is at most 2 cutoff; for a positive
-// definite form it lies on one of the two sides nearest the centre. Conservative: the cutoff allows for twice the rounding of
-// the form.
+// Returns a bit for each of `cells` cells, a multiple of the lanes of d, that is set if the smallest value of the
+// splat's quadratic form on the cell is at most 2 cutoff. Cell i has its first pixel at (cell_x[i], cell_y[i]) + (x, y)
+// and its last `side` further. The smallest value of a positive definite form lies on one of the two sides nearest to
+// the centre. No touched cell is missed: the cutoff allows for twice the rounding of the form.
 template <class Tag, class V = hn::Vec<Tag>>
 HWY_INLINE uint32_t touchedCells(Tag d, uint32_t cells, const Ellipse& splat, const float* cell_x, const float* cell_y,
                                  float x, float y, float side)
@@ -58,7 +59,7 @@ HWY_INLINE uint32_t touchedCells(Tag d, uint32_t cells, const Ellipse& splat, co
     const V a = hn::Set(d, splat.a), b2 = hn::Set(d, splat.b2), c = hn::Set(d, splat.c);
     const V slope_y = hn::Set(d, splat.slope_y), slope_x = hn::Set(d, splat.slope_x);
     const V zero = hn::Zero(d), extent = hn::Set(d, side), level = hn::Set(d, splat.level);
-    // note: one rounding each, since the cells' pixels are small integers
+    // note: each difference is rounded once, since pixel coordinates in cells are small integers
     const V shift_x = hn::Set(d, x - splat.x), shift_y = hn::Set(d, y - splat.y);
     uint32_t touched = 0;
     for (uint32_t i = 0; i < cells; i += uint32_t(hn::Lanes(d))) {

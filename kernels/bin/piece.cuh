@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the cells of bins to the pieces of their lists, and to the queue of bins. These kernels are short, and wait for
-// memory most of their time: what they read is asked for at once, and one atomic serves as many as can share it.
+// Cuts the lists of bins, from their cells, into pieces, and puts the bins into a queue. These kernels are short and
+// wait for memory most of their time: what they read is loaded all at once, and one atomic operation serves as many
+// threads as can share it.
 #pragma once
 
 #include "kernels/bin/bin_cuda.h"
@@ -12,13 +13,13 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kPieceWarps = 8; // warps of a block, each with a bin of its own
+constexpr uint32_t kPieceWarps = 8; // warps of a block, each of which takes one bin
 constexpr uint32_t kQueueThreads = 256;
-constexpr uint32_t kNotDrawn = kBinClasses; // class of a bin that no eye shows
-static_assert(kLensSquare == kBinWidth);    // bins are as high or half as high
+constexpr uint32_t kNotDrawn = kBinClasses; // class of a bin that no eye draws
+static_assert(kLensSquare == kBinWidth);    // a bin is as high as a square of the lens or half as high
 
-// Does one of the eyes that read it show bin `bin` of all lists: among the columns that are drawn, which begin and end where
-// bins do, and behind its lens?
+// Returns true if one of the eyes that read the bin draws it: it lies in the columns that are drawn, which begin and
+// end where bins do, and its lens shows it. `bin` is numbered through all lists.
 __device__ __forceinline__ bool isDrawn(const BinCudaArgs& args, const ColumnRange& columns, uint32_t bin)
 {
     if (columns.all() && !args.lens[0].masks && !args.lens[1].masks)
@@ -30,19 +31,20 @@ __device__ __forceinline__ bool isDrawn(const BinCudaArgs& args, const ColumnRan
     for (uint32_t e = 0; e < kMaxEyes; ++e) {
         if (args.readers == 1 && e != list)
             continue;
-        const uint32_t square = column - args.grid.shift[e], x = square * kBinWidth; // left of the eye's image large
+        // wraps round to a large number left of the eye's image
+        const uint32_t square = column - args.grid.shift[e], x = square * kBinWidth;
         drawn = drawn || ((columns.all() || (x >= columns.first && x < columns.end)) &&
                           args.lens[e].shows(square, row * args.grid.height / kLensSquare));
     }
     return drawn;
 }
 
-constexpr uint32_t kLaneCells = 4, kWarpCells = 32 * kLaneCells; // cells that a lane, and a warp, looks at together
+constexpr uint32_t kLaneCells = 4, kWarpCells = 32 * kLaneCells; // cells looked at together by a lane, by a warp
 
-// Copies the ends of a bin's cells that every lane looks at.
+// Copies the ends of a bin's cells to `copy`, from where every lane can read them.
 __device__ __forceinline__ void copyCells(const uint32_t* cells, uint32_t slabs, uint32_t* copy)
 {
-    constexpr uint32_t kAtOnce = 4; // reads under way
+    constexpr uint32_t kAtOnce = 4; // reads that a lane has under way at once
 #pragma unroll 1
     for (uint32_t first = (threadIdx.x & 31u) * kLaneCells; first < slabs; first += kAtOnce * kWarpCells) {
         uint4 ends[kAtOnce];
@@ -57,21 +59,23 @@ __device__ __forceinline__ void copyCells(const uint32_t* cells, uint32_t slabs,
     }
 }
 
-// A piece is the run of a bin's cells whose starts, counted from the bin's, fall into one multiple of kPieceAim; it ends
-// where the next begins. A warp goes through a bin's cells from near to far, writes where runs begin, and returns how many
-// there are. cells: copyCells(), and what is written: never more than was read before. origin: where the bin begins.
+// Finds the runs of cells in a bin's list, each of which becomes a piece: a run has the cells whose starts, counted
+// from `origin`, lie between the same two multiples of kPieceAim, and ends where the next run begins. A warp goes
+// through the cells from near to far and returns the number of runs. cells: from copyCells(); the starts of the runs
+// are written over it, never more than have been read. origin: start of the bin's list in `keys`.
 __device__ __forceinline__ uint32_t listRuns(uint32_t* cells, uint32_t slabs, uint32_t origin)
 {
     const uint32_t lane = threadIdx.x & 31u;
-    uint32_t count = 0, number_before = ~0u, end_before = origin; // counts of the cell before
+    // number of runs; and of the cell before: multiple of kPieceAim and end
+    uint32_t count = 0, number_before = ~0u, end_before = origin;
 #pragma unroll 1
     for (uint32_t first = 0; first < slabs; first += kWarpCells) {
         const bool is = first + lane * kLaneCells < slabs;
         const uint4 ends = is ? *reinterpret_cast<const uint4*>(cells + first + lane * kLaneCells) : uint4{};
-        const int last = int(min(slabs / kLaneCells, 32u)) - 1; // lane
+        const int last = int(min(slabs / kLaneCells, 32u)) - 1; // last lane that has cells
         const uint32_t left_number = (ends.z - origin) / kPieceAim, last_number = __shfl_sync(~0u, left_number, last);
         const uint32_t last_end = __shfl_sync(~0u, ends.w, last);
-        if (last_number != number_before) { // numbers never fall: else no run begins here
+        if (last_number != number_before) { // otherwise no run begins in these cells, since numbers never fall
             const uint32_t left_end = __shfl_up_sync(~0u, ends.w, 1), left = __shfl_up_sync(~0u, left_number, 1);
             const uint32_t start[kLaneCells] = {lane == 0 ? end_before : left_end, ends.x, ends.y, ends.z};
             uint32_t number = lane == 0 ? number_before : left, place = count, begins = 0;
@@ -84,7 +88,7 @@ __device__ __forceinline__ uint32_t listRuns(uint32_t* cells, uint32_t slabs, ui
                 count += __popc(all);
                 number = its;
             }
-            __syncwarp(); // lanes write where others have read
+            __syncwarp(); // lanes write below where others have read
 #pragma unroll
             for (uint32_t i = 0; i < kLaneCells; ++i)
                 if (begins >> i & 1u)
@@ -96,8 +100,8 @@ __device__ __forceinline__ uint32_t listRuns(uint32_t* cells, uint32_t slabs, ui
     return count;
 }
 
-// Calls take(class, piece) for the pieces of the runs that a warp has listed, those of two keys and more that there is
-// room for. end: of the last.
+// Calls take(class, piece) for every run of a warp that has two keys or more; keys beyond pair_capacity are left out.
+// end: end of the last run.
 template <typename Take>
 __device__ __forceinline__ void forPieces(const uint32_t* starts, uint32_t count, uint32_t end, uint32_t pair_capacity,
                                           Take take)
@@ -109,14 +113,14 @@ __device__ __forceinline__ void forPieces(const uint32_t* starts, uint32_t count
     }
 }
 
-// A warp takes a bin; those of a block count their pieces together. Dynamic shared memory: a word for every cell.
+// A warp takes a bin; the warps of a block count their pieces together. Dynamic shared memory: a word for every cell.
 __global__ void __launch_bounds__(kPieceWarps * 32) pieceKernel(const __grid_constant__ BinCudaArgs args)
 {
     GSC_DYNAMIC_SHARED(all_starts);
     __shared__ uint32_t places[kPieceClasses], classes[kPieceWarps];
     const uint32_t warp = threadIdx.x / 32, lane = threadIdx.x & 31u, slabs = args.grid.slabs();
     const uint32_t bins = args.lists * args.grid.bins(), bin = blockIdx.x * kPieceWarps + warp;
-    const uint32_t first = min(bin, bins - 1) * slabs; // all loads come first, before it is known which are needed
+    const uint32_t first = min(bin, bins - 1) * slabs; // all loads begin at once, before it is known which are needed
     uint32_t* const starts = reinterpret_cast<uint32_t*>(all_starts) + warp * slabs;
     const uint32_t origin = first == 0 ? 0u : loadNow(args.cells + first - 1),
                    end = loadNow(args.cells + first + slabs - 1);
@@ -126,7 +130,7 @@ __global__ void __launch_bounds__(kPieceWarps * 32) pieceKernel(const __grid_con
     __syncwarp();
     if (repeats)
         return;
-    const bool drawn = bin < bins && isDrawn(args, columns, bin); // else nothing reads its order
+    const bool drawn = bin < bins && isDrawn(args, columns, bin); // if false nothing reads the order of the bin's list
     const uint32_t count = drawn ? listRuns(starts, slabs, origin) : 0u;
     if (lane == 0)
         classes[warp] = drawn ? uint32_t(__clz(int(end - origin))) : kNotDrawn;
@@ -149,11 +153,11 @@ __global__ void __launch_bounds__(kPieceWarps * 32) pieceKernel(const __grid_con
     });
 }
 
-// The units of the long lists that the lanes of a warp have. There is room for all (touchCapacity()). All lanes of the warp
-// call its functions together.
+// Units of the long lists that the lanes of a warp have, one list each. touchCapacity() has room for all units. All
+// lanes of the warp call the functions together.
 class UnitList {
 public:
-    // begin, end: of the lane's list; equal if it has none.
+    // begin, end: range of the lane's list in `keys`; equal if the lane has none.
     __device__ __forceinline__ UnitList(const BinCudaArgs& args, uint32_t begin, uint32_t end)
         : m_begin(begin), m_end(end), m_each((end - begin + kTouchUnit - 1) / kTouchUnit),
           m_sum(sumUpTo(m_each * args.readers))
@@ -162,8 +166,8 @@ public:
             m_first = atomicAdd(&args.counters->pass.touch_units, m_sum);
     }
 
-    // Writes them all, dealt to the lanes, and returns the first of this lane's list. entry: what the lane's list is of;
-    // the lanes' follow each other.
+    // Writes the units of all lanes, shared out among the lanes, and returns the number of the first unit of this
+    // lane's list. entry: number of the lane's list (list x bins + bin).
     __device__ __forceinline__ uint32_t write(const BinCudaArgs& args, uint32_t entry) const
     {
         const uint32_t lane = threadIdx.x & 31u, all = __shfl_sync(~0u, m_sum, 31);
@@ -183,11 +187,11 @@ public:
     }
 
 private:
-    uint32_t m_begin, m_end, m_each, m_sum; // m_each: units for one reader
-    uint32_t m_first = 0;                   // first place in the list, for the warp; of its last lane
+    uint32_t m_begin, m_end, m_each, m_sum; // m_each: units of the lane's list for one reader
+    uint32_t m_first = 0;                   // first place in touch_units that the warp has; only the last lane knows it
 };
 
-// Notes the buffer sizes that the pass needed. Reads all before it writes any, so that it waits once.
+// Notes the buffer sizes that this pass needed. Reads all counters before it writes any, so it waits for memory once.
 __device__ __forceinline__ void countPass(const BinCudaArgs& args)
 {
     FrameCounters& counters = *args.counters;
@@ -213,17 +217,17 @@ __device__ __forceinline__ void countPass(const BinCudaArgs& args)
     counters.overflow = overflow | (all_pairs > args.pair_capacity ? kPairOverflow : 0u);
 }
 
-// The bins by falling size, so that the longest lists are started first. The last block only counts.
+// Sorts the bins by falling size, so that the longest lists are started first. The last block only counts.
 __global__ void __launch_bounds__(kQueueThreads) queueKernel(const __grid_constant__ BinCudaArgs args)
 {
     constexpr uint32_t kLongClass = 31 - kLongListBits;
-    // class of bins that also has lists of exactly kFirstUnits units
+    // class of bins whose lists have kFirstUnits units or more, some just as many
     constexpr uint32_t kLongestClass = 31 - kTouchUnitBits - kFirstUnitsBits;
-    static_assert(kBinClasses == 33); // a lane each, and the empty bins behind them
+    static_assert(kBinClasses == 33); // one class for each lane, and behind them the class of the empty bins
     PassCounters& pass = args.counters->pass;
     const uint32_t bins = args.lists * args.grid.bins(), bin = blockIdx.x * kQueueThreads + threadIdx.x;
     const uint32_t lane = threadIdx.x & 31u,
-                   there = min(bin, bins - 1); // loads come first, before it is known which are needed
+                   there = min(bin, bins - 1); // all loads are begun at once, before it is known which are needed
     const uint32_t of_class = pass.bin_classes[lane], empty = pass.bin_classes[32],
                    its_class = loadNow(args.bin_class + there);
     const uint32_t* const its_cells = args.cells + (there << args.grid.slab_bits);
@@ -248,12 +252,13 @@ __global__ void __launch_bounds__(kQueueThreads) queueKernel(const __grid_consta
         return;
     }
     const uint32_t kind =
-        bin < bins && classed != 0 ? its_class : kNotDrawn; // none in a frame that will be drawn again
+        bin < bins && classed != 0 ? its_class : kNotDrawn; // no class is counted in a frame that will be drawn again
     const uint32_t before_it = __shfl_sync(~0u, sum - of_class, kind & 31u), before = kind < 32 ? before_it : filled;
     SharedAtomic queued{};
     if (kind != kNotDrawn)
         queued = shareAtomic(pass.queued, kind);
-    const bool is_long = kind <= kLongClass && pairs <= args.pair_capacity; // with more pairs the frame is drawn again
+    // false if there are more pairs than room: the frame is then drawn again
+    const bool is_long = kind <= kLongClass && pairs <= args.pair_capacity;
     const UnitList units(args, is_long ? its_begin : 0u, is_long ? its_end : 0u);
     if (kind != kNotDrawn) {
         args.bin_queue[before + queued.mine()] = bin;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splats to pixels, front to back (format facts 7.5), on a CPU.
+// Blends splats into pixels from front to back (format facts 7.5), on a CPU.
 #pragma once
 
 #include "kernels/bin/bin.h"
@@ -15,34 +15,34 @@ namespace gsc {
 class Workers;
 
 struct BlendArgs {
-    const Splat* splats;        // front to back
-    const uint32_t* tile_first; // grid_x * grid_y + 1
+    const Splat* splats;        // splats of the frame, front to back
+    const uint32_t* tile_first; // grid_x * grid_y + 1 positions in `entries`: where each tile's list begins
     const uint32_t* entries;
     uint32_t grid_x, grid_y;
     uint32_t width, height;
     RasterConstants rules;
     float background[3] = {};
-    float* image = nullptr; // height x width x 3, row 0 on top
+    float* image = nullptr; // height x width x 3 values, row 0 at the top
     DepthRows<float> depth{};
-    const SortKey* sorted = nullptr; // the splats' depths, where there are rows for them
+    const SortKey* sorted = nullptr; // depths of the splats, needed where depths are wanted
     ColumnRange columns{};           // columns of the image that are drawn
-    bool cost = false;               // FrameView::Cost: pixels take the colour of their evaluations
-    LensShape lens{};                // tiles that it hides are not written
-    // In place of a picture, per entry of a tile that is drawn: the squares of the splat's weights, transmittance times
-    // alpha, summed over the tile's pixels.
+    bool cost = false;               // draws FrameView::Cost: colours show the number of evaluations of pixels
+    LensShape lens{};                // lens of the eye; tiles that it hides are not written
+    // If not null, no picture is drawn. For each entry of a tile that is drawn: the squares of the splat's weights
+    // (transmittance times alpha), summed over the pixels of the tile.
     float* squares = nullptr;
 };
 
-// Returns the number of (pixel, splat) pairs evaluated.
+// Blends all tiles; returns the number of (pixel, splat) pairs evaluated.
 uint64_t blendCpu(const BlendArgs& args, const Workers& workers);
 
-// Scalar: every pixel of a tile walks the tile's list until it is done.
+// Scalar reference: every pixel of a tile goes through the tile's list until the pixel is done.
 template <typename Real>
 uint64_t blendReference(const std::vector<SplatOf<Real>>& splats, const TileLists& lists, uint32_t width,
                         uint32_t height, const RasterConstants& rules, const float* background, Real* image,
                         const DepthRows<Real>& depth = {}, const ColumnRange& columns = {}, bool cost = false);
 
-// The image of no splat at all.
+// Writes the image of a frame without any splat: `color`, and depth infinity.
 template <typename Real>
 void blendNothing(uint32_t width, uint32_t height, const float* color, Real* image, const DepthRows<Real>& depth,
                   const ColumnRange& columns = {})
@@ -56,7 +56,7 @@ void blendNothing(uint32_t width, uint32_t height, const float* color, Real* ima
     }
 }
 
-// Paints the pixels that a lens hides, of the columns that are drawn: black, with depth infinity.
+// Paints the pixels that a lens hides black, with depth infinity, in the columns that are drawn.
 template <typename Real>
 void blendHidden(uint32_t width, uint32_t height, const LensShape& lens, Real* image, const DepthRows<Real>& depth,
                  const ColumnRange& columns = {})

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A batch of a tile's splats on one vector of its pixels, with the pixels in registers. Included once per target.
+// Blends a batch of a tile's splats into one vector of the tile's pixels, which stay in registers. Included once for
+// each SIMD target.
 
 #if defined(GSC_KERNELS_BLEND_BLOCK_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef GSC_KERNELS_BLEND_BLOCK_INL_H
@@ -24,36 +25,37 @@ namespace gsc {
 namespace HWY_NAMESPACE {
 
 constexpr uint32_t kPixels = kTileSize * kTileSize;
-constexpr uint32_t kBlock = 4;                     // pixels
-constexpr uint32_t kBlockPixels = kBlock * kBlock; // also the blocks of a tile
-constexpr uint32_t kBatch = 32;                    // splats whose blocks are found before the first of them is blended
-using SplatList = uint32_t;                        // a bit for each of them
-constexpr uint32_t kTogether = 3;                  // splats of a block whose falloffs do not wait for each other
+constexpr uint32_t kBlock = 4;                     // width and height of a block in pixels
+constexpr uint32_t kBlockPixels = kBlock * kBlock; // also the number of blocks in a tile
+constexpr uint32_t kBatch = 32;   // number of splats whose touched blocks are found before the first of them is blended
+using SplatList = uint32_t;       // one bit for each splat of a batch
+constexpr uint32_t kTogether = 3; // splats whose falloffs are computed side by side, so that none waits for another
 
 using M = hn::Mask<D>;
 
-// Results of blending a tile; squares are BlendArgs::squares.
+// Result that is wanted of blending a tile; Squares: BlendArgs::squares.
 enum class Find { Colours, Depths, Cost, Squares };
 constexpr bool findsDepths(Find find)
 {
     return find == Find::Depths || find == Find::Cost;
 }
 
-// State of a tile while it is blended, block by block, row-major in a block.
+// State of a tile while it is blended: block by block, rows of pixels in a block.
 struct TileState {
     HWY_ALIGN float transmittance[kPixels];
     HWY_ALIGN float red[kPixels], green[kPixels], blue[kPixels];
-    HWY_ALIGN float z[kPixels];                                   // depths, if wanted
-    HWY_ALIGN float block_x[kBlockPixels], block_y[kBlockPixels]; // first pixel of each block
-    HWY_ALIGN float place_x[kBlockPixels], place_y[kBlockPixels]; // pixels of a block, from its first
-    uint16_t undone[kBlockPixels];                                // per block, bit i: pixel i is not done
-    uint32_t live;                                                // bit b: some pixel of block b is not done
+    HWY_ALIGN float z[kPixels];                                   // depths of the pixels, if wanted
+    HWY_ALIGN float block_x[kBlockPixels], block_y[kBlockPixels]; // place of the first pixel of each block
+    HWY_ALIGN float place_x[kBlockPixels], place_y[kBlockPixels]; // places of a block's pixels, from its first pixel
+    uint16_t undone[kBlockPixels];                                // for each block: bit i is set if pixel i is not done
+    uint32_t live;                                                // bit b is set if some pixel of block b is not done
 };
 
-// A splat of a tile, prepared. alpha is 2^(log_opacity - u^2 - w^2), and u and w are linear in the pixel: their values at
-// a block's first pixel less those of a place in a block. Not so for splats whose ellipse is not trusted (SplatBatch::loose).
+// A splat prepared for a tile. alpha is 2^(log_opacity - u^2 - w^2); u and w are linear in the pixel, so each is its
+// value at the block's first pixel less a value that depends on the place in the block. Not valid for splats whose
+// ellipse is not trusted (SplatBatch::loose).
 struct alignas(64) Lit {
-    float block_u[kBlockPixels], block_w[kBlockPixels]; // by block
+    float block_u[kBlockPixels], block_w[kBlockPixels]; // u and w at the first pixel of each block
     float place_u[kBlockPixels], place_w[kBlockPixels];
     float log_opacity, red, green, blue, z;
     const Splat* splat;
@@ -61,42 +63,42 @@ struct alignas(64) Lit {
 
 struct SplatBatch {
     Lit lits[kBatch];
-    HWY_ALIGN uint16_t touched[kBatch]; // bit b: block b
-    SplatList blocks[kBlockPixels];     // bit i of blocks[b]: bit b of touched[i]
-    SplatList loose;                    // bit i: splat i
+    HWY_ALIGN uint16_t touched[kBatch]; // for each splat: bit b is set if it touches block b
+    SplatList blocks[kBlockPixels];     // for each block: bit i is set if splat i touches the block
+    SplatList loose;                    // bit i is set if the ellipse of splat i is not trusted
 };
 
-// Constants of a picture, the same for every splat.
+// Constants with which a picture is blended, equal for every splat.
 struct BlendRules {
     float alpha_cap;
-    float faintest; // logarithm of the least alpha that is drawn
-    float bound;    // a pixel is done where less than this would go on
+    float faintest; // logarithm to base 2 of the smallest alpha that is drawn
+    float bound;    // transmittance: a pixel is done if it would fall below this
     bool gsplat;
     const OctaveTable& octave;
 };
 
-// Where a vector of pixels lies.
+// Place of a vector of pixels in its tile.
 struct PixelPlace {
-    uint32_t block, part; // first pixel of the block's 16
+    uint32_t block, part; // block: index of the first pixel of the block; part: first pixel of the vector in the block
 };
 
-// State of one vector of pixels while it is blended; `undone`: pixels that are not done.
+// State of one vector of pixels while it is blended; `undone` tells which pixels are not done.
 struct PixelLight {
     V transmittance, red, green, blue, z;
     M undone;
 };
 
 constexpr float kLog2E = 1.44269504f;
-constexpr float kFaintest = -7.99435344f; // log2(kOpacityFloor), to rounding
+constexpr float kFaintest = -7.99435344f; // log2(kOpacityFloor), rounded
 
-// Logarithm of an opacity to base 2; -1e30 below 1/255, where nothing is drawn.
+// Logarithm of an opacity to base 2; -1e30 for opacities below 1/255, which draw nothing.
 HWY_INLINE V logOpacity(D d, V opacity)
 {
     const V floor = hn::Set(d, kOpacityFloor);
     return hn::IfThenElse(hn::Ge(opacity, floor), hn::Log2(d, hn::Max(opacity, floor)), hn::Set(d, -1e30f));
 }
 
-// Logarithm of a splat's alpha to base 2.
+// Logarithm to base 2 of a splat's alpha at the pixels of a vector.
 HWY_INLINE V logAlpha(D d, const Lit& lit, PixelPlace at)
 {
     const V u = hn::Sub(hn::Set(d, lit.block_u[at.block]), hn::Load(d, lit.place_u + at.part));
@@ -104,8 +106,8 @@ HWY_INLINE V logAlpha(D d, const Lit& lit, PixelPlace at)
     return hn::NegMulAdd(w, w, hn::NegMulAdd(u, u, hn::Set(d, lit.log_opacity)));
 }
 
-// logAlpha() of a splat whose ellipse is not trusted: by the form that upstream evaluates; -infinity where it is
-// positive.
+// As logAlpha(), for a splat whose ellipse is not trusted: evaluates the form as the trainers' code does; -infinity
+// where the power is positive.
 HWY_INLINE V logAlphaLoose(D d, const Lit& lit, const TileState& state, PixelPlace at, bool gsplat)
 {
     const Splat& splat = *lit.splat;
@@ -113,12 +115,13 @@ HWY_INLINE V logAlphaLoose(D d, const Lit& lit, const TileState& state, PixelPla
     const V y = hn::Add(hn::Set(d, state.block_y[at.block]), hn::Load(d, state.place_y + at.part));
     const V dx = hn::Sub(hn::Set(d, splat.x), x), dy = hn::Sub(hn::Set(d, splat.y), y);
     const V half_a = hn::Set(d, -0.5f * splat.conic[0]), half_c = hn::Set(d, -0.5f * splat.conic[2]);
-    // gaussianPower(); halving is exact
+    // computes gaussianPower() with the same roundings, since halving is exact
     const V squares = hn::MulAdd(dx, hn::Mul(half_a, dx), hn::Mul(dy, hn::Mul(half_c, dy)));
     const V b_dx = hn::Mul(hn::Set(d, splat.conic[1]), dx);
     const V v = gsplat ? hn::NegMulAdd(b_dx, dy, squares) : hn::Sub(squares, hn::Mul(dy, b_dx));
     const V log_alpha = hn::MulAdd(v, hn::Set(d, kLog2E), hn::Set(d, lit.log_opacity));
-    return hn::IfThenElse(hn::Le(v, hn::Zero(d)), log_alpha, hn::Set(d, -INFINITY)); // NaN draws nothing either
+    // false for NaN too, which draws nothing
+    return hn::IfThenElse(hn::Le(v, hn::Zero(d)), log_alpha, hn::Set(d, -INFINITY));
 }
 
 HWY_INLINE void addSquares(D d, V weight, float* squares)
@@ -126,8 +129,8 @@ HWY_INLINE void addSquares(D d, V weight, float* squares)
     hn::Store(hn::MulAdd(weight, weight, hn::Load(d, squares)), d, squares);
 }
 
-// Blends kCount splats, one behind the other, if they finish no pixel and are the depth of none. False, and nothing done,
-// otherwise. `squares`: per splat, a sum per lane; of Find::Squares.
+// Blends kCount splats, one behind the other, if they finish no pixel and none is the depth of a pixel. Returns false
+// and does nothing otherwise. `squares`: sums per splat and lane, for Find::Squares.
 template <Find kFind, uint32_t kCount>
 HWY_INLINE bool blendTogether(D d, const BlendRules& rules, const Lit* const* lits, PixelPlace at, PixelLight& light,
                               float* const* squares)
@@ -162,7 +165,7 @@ HWY_INLINE bool blendTogether(D d, const BlendRules& rules, const Lit* const* li
     return true;
 }
 
-// Any splat, on any pixels. Returns its weights.
+// Blends one splat of any kind into pixels of any state. Returns the weights of the splat at these pixels.
 HWY_NOINLINE V blendOne(const Lit& lit, bool loose, const BlendRules& rules, const TileState& state, PixelPlace at,
                         PixelLight& light)
 {
@@ -174,7 +177,8 @@ HWY_NOINLINE V blendOne(const Lit& lit, bool loose, const BlendRules& rules, con
     const V t = light.transmittance;
     const V taken = hn::IfThenElseZero(drawn, hn::Mul(t, hn::Min(hn::Set(d, rules.alpha_cap), alpha)));
     const V next = hn::Sub(t, taken);
-    const M finishes = hn::Lt(next, hn::Set(d, rules.bound)); // the Gaussian that crosses the bound is not drawn
+    // the Gaussian that would bring the light below the bound is not drawn
+    const M finishes = hn::Lt(next, hn::Set(d, rules.bound));
     const V weight = hn::IfThenZeroElse(finishes, taken);
     light.undone = hn::AndNot(finishes, light.undone);
     light.red = hn::MulAdd(weight, hn::Set(d, lit.red), light.red);
@@ -187,8 +191,8 @@ HWY_NOINLINE V blendOne(const Lit& lit, bool loose, const BlendRules& rules, con
     return weight;
 }
 
-// Blends splats `list` of the batch on one vector of pixels. Returns how many were evaluated. `squares`: of the batch, as
-// blendTogether() has them.
+// Blends the splats in `list`, of a batch, into one vector of pixels. Returns the number of splats evaluated.
+// `squares`: as for blendTogether(), for all splats of the batch.
 template <Find kFind>
 HWY_INLINE uint32_t blendVector(const SplatBatch& batch, const BlendRules& rules, SplatList list, PixelPlace at,
                                 TileState& state, float (*squares)[kBlockPixels])
@@ -223,7 +227,7 @@ HWY_INLINE uint32_t blendVector(const SplatBatch& batch, const BlendRules& rules
                    : count == 2 ? blendTogether<kFind, 2>(d, rules, lits, at, light, sums)
                                 : blendTogether<kFind, 1>(d, rules, lits, at, light, sums);
         if (HWY_UNLIKELY(!easy)) {
-            PixelLight careful = light; // note: a copy, whose address the call gets: `light` stays in registers
+            PixelLight careful = light; // note: a copy, whose address the call gets: `light` itself stays in registers
             for (uint32_t i = 0; i < count; ++i) {
                 const bool loose = (batch.loose >> (lits[i] - batch.lits) & 1) != 0;
                 const V weight = blendOne(*lits[i], loose, rules, state, at, careful);
@@ -246,16 +250,16 @@ HWY_INLINE uint32_t blendVector(const SplatBatch& batch, const BlendRules& rules
     return visited;
 }
 
-// Cholesky factors of the form of each splat of a batch, and bounds.
+// Cholesky factors of the quadratic form of each splat in a batch, and bounds of u and w.
 struct SplatFactors {
-    HWY_ALIGN float u_x[kBatch], u_y[kBatch], w_y[kBatch]; // u and w per pixel
-    HWY_ALIGN float least_u[kBatch], most_u[kBatch];       // range of u over the pixels of a block
-    HWY_ALIGN float reach[kBatch];                         // largest u^2 + w^2 with an alpha of 1/255 or more
+    HWY_ALIGN float u_x[kBatch], u_y[kBatch], w_y[kBatch]; // change of u and w from pixel to pixel
+    HWY_ALIGN float least_u[kBatch], most_u[kBatch];       // range that u has over the pixels of a block
+    HWY_ALIGN float reach[kBatch];                         // largest u^2 + w^2 at which alpha is 1/255 or more
 };
 
-// Finds the blocks that splat i may be drawn in, a bit each: those where the least u^2 and the least w^2 of the block,
-// each by itself, leave alpha at 1/255 or more. That is one per cent more blocks than the ellipse touches, but takes
-// fewer operations.
+// Finds the blocks in which splat i may be drawn, a bit each: those where the smallest u^2 and the smallest w^2 in the
+// block, each by itself, leave alpha at 1/255 or more. That gives one per cent more blocks than the ellipse touches,
+// but takes fewer operations.
 HWY_INLINE uint32_t touchedBlocks(D d, const Lit& lit, const SplatFactors& f, uint32_t i)
 {
     const V zero = hn::Zero(d), reach = hn::Set(d, f.reach[i]), most_w = hn::Set(d, float(kBlock - 1) * f.w_y[i]);
@@ -270,8 +274,8 @@ HWY_INLINE uint32_t touchedBlocks(D d, const Lit& lit, const SplatFactors& f, ui
     return touched;
 }
 
-// Prepares splats entries[0 .. count), count <= kBatch, and finds which blocks of the tile they touch. Asks for those of
-// the next batch meanwhile, up to entries[all].
+// Prepares splats entries[0 .. count), count <= kBatch, and finds which blocks of the tile they touch. Meanwhile
+// prefetches the splats of the next batch, up to entries[all].
 HWY_INLINE void prepareBatch(const BlendArgs& args, const uint32_t* entries, uint32_t count, uint32_t all, bool depth,
                              const TileState& state, SplatBatch& batch)
 {
@@ -304,7 +308,7 @@ HWY_INLINE void prepareBatch(const BlendArgs& args, const uint32_t* entries, uin
         hn::Store(hn::Sqrt(hn::NegMulAdd(lean, lean, hn::Mul(scale, hn::Load(d, c + i)))), d, f.w_y + i);
         hn::Store(hn::Mul(side, hn::Min(lean, zero)), d, f.least_u + i);
         hn::Store(hn::Mul(side, hn::Add(root, hn::Max(lean, zero))), d, f.most_u + i);
-        // note: and as much more as rounding takes
+        // note: raised by as much as rounding may take from it
         hn::Store(hn::MulAdd(logarithm, hn::Set(d, 1.0001f), hn::Set(d, 1e-4f - 1.0001f * kFaintest)), d, f.reach + i);
         hn::Store(logarithm, d, log_opacity + i);
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A tile is blended in blocks of 4 x 4 pixels, one vector with AVX-512, two with AVX2. A splat touches only the blocks
-// in which its alpha can reach 1/255 and some pixel is not done; whatever is left out could not have changed a pixel.
-// Splats are taken in batches, and each block blends its splats of a batch with its pixels in registers.
-// note: rows of 16 were tried first; they evaluate half as many pixels again
+// Blends tiles on a CPU, in blocks of 4 x 4 pixels: one vector with AVX-512, two with AVX2. A splat is evaluated only
+// in blocks where its alpha can reach 1/255 and some pixel is not done, which leaves no pixel changed. Splats are taken
+// in batches; each block blends its splats of a batch with its pixels in registers. note: rows of 16 pixels were tried
+// first; they evaluate half as many pixels again
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/blend/blend_cpu.cpp"
 #include <hwy/foreach_target.h>
@@ -19,9 +19,9 @@
 #ifndef GSC_KERNELS_BLEND_PATCH
 #define GSC_KERNELS_BLEND_PATCH
 namespace gsc {
-constexpr uint32_t kPatchX = 4, kPatchY = 4; // tiles of a task: their splats fit the second cache
+constexpr uint32_t kPatchX = 4, kPatchY = 4; // tiles of a task, so few that their splats fit the second-level cache
 
-inline ColumnRange tileColumns(const BlendArgs& args) // tiles that are drawn
+inline ColumnRange tileColumns(const BlendArgs& args) // columns of tiles that are drawn
 {
     const ColumnRange pixels = args.columns.within(args.width);
     return {pixels.first / kTileSize, tileCount(pixels.end)};
@@ -39,7 +39,8 @@ void startTile(const BlendArgs& args, uint32_t tile_x, uint32_t tile_y, TileStat
     std::fill_n(state.red, kPixels, 0.0f);
     std::fill_n(state.green, kPixels, 0.0f);
     std::fill_n(state.blue, kPixels, 0.0f);
-    if (args.depth.z != nullptr || args.cost) // blending for the cost finds depths, wanted or not
+    // the cost shows depths too, so they are found even if they are not wanted
+    if (args.depth.z != nullptr || args.cost)
         std::fill_n(state.z, kPixels, INFINITY);
     for (uint32_t p = 0; p < kBlockPixels; ++p) {
         state.place_x[p] = float(p % kBlock);
@@ -50,7 +51,7 @@ void startTile(const BlendArgs& args, uint32_t tile_x, uint32_t tile_y, TileStat
         const uint32_t x0 = tile_x + block % kBlock * kBlock, y0 = tile_y + block / kBlock * kBlock;
         state.block_x[block] = float(x0);
         state.block_y[block] = float(y0);
-        // pixels outside the image are done from the start
+        // marks pixels outside the image as done
         const uint32_t columns = std::clamp(int(args.width - x0), 0, int(kBlock));
         const uint32_t rows = std::clamp(int(args.height - y0), 0, int(kBlock));
         state.undone[block] = uint16_t(((1u << columns) - 1) * 0x1111u & ((1u << rows * kBlock) - 1));
@@ -83,7 +84,7 @@ void storeTile(const BlendArgs& args, uint32_t tile_x, uint32_t tile_y, const Ti
         }
 }
 
-// FrameView::Cost. evaluations: of each block's pixels.
+// Writes a tile's picture for FrameView::Cost. evaluations: number for the pixels of each block.
 void storeCost(const BlendArgs& args, uint32_t tile_x, uint32_t tile_y, const uint32_t* evaluations)
 {
     const uint32_t rows = std::min(kTileSize, args.height - tile_y);
@@ -99,7 +100,7 @@ void storeCost(const BlendArgs& args, uint32_t tile_x, uint32_t tile_y, const ui
     }
 }
 
-// BlendArgs::squares of some entries, and zeros for those of the next batch.
+// Writes BlendArgs::squares of `count` entries, and sets the sums to zero for the next batch.
 void storeSquares(float (*squares)[kBlockPixels], uint32_t count, float* to)
 {
     const D d;
@@ -149,15 +150,15 @@ uint64_t blendTile(const BlendArgs& args, const BlendRules& rules, uint32_t tile
     return blocks * kBlockPixels;
 }
 
-// Patches [first, last) of kPatchX x kPatchY tiles of the columns that are drawn, row by row: neighbours share most of their
-// splats.
+// Blends patches [first, last), each kPatchX x kPatchY tiles, numbered row by row in the columns that are drawn:
+// neighbouring tiles share most of their splats.
 uint64_t blendPatches(const BlendArgs& args, size_t first, size_t last)
 {
     const auto blend = args.squares != nullptr   ? blendTile<Find::Squares>
                        : args.cost               ? blendTile<Find::Cost>
                        : args.depth.z != nullptr ? blendTile<Find::Depths>
                                                  : blendTile<Find::Colours>;
-    // gsplat's pixel is finished also when the remaining light equals the bound
+    // with gsplat's rules a pixel is also done if the remaining light equals the bound
     const float bound = args.rules.gsplat ? std::nextafter(args.rules.stop, 1.0f) : args.rules.stop;
     const D d;
     const float faintest = hn::GetLane(logOpacity(d, hn::Set(d, kOpacityFloor)));

@@ -10,15 +10,16 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kThreads = 256;
-constexpr uint32_t kLoads = 8; // loads of 16 bytes in flight per thread
+constexpr uint32_t kLoads = 8; // loads of 16 bytes that each thread has under way at once
 static_assert(kThreads * kLoads * sizeof(uint4) == kCeilingPieceBytes);
 
-// Independent chains per thread hide the latency of a step; the steps make a launch about a millisecond long.
+// Each thread computes several independent chains, which hide the latency of a step; with so many steps a launch takes
+// about a millisecond.
 constexpr uint32_t kFmaChains = 8, kFmaSteps = 16384;
 constexpr uint32_t kExpChains = 4, kExpSteps = 4096;
 constexpr uint32_t kMmaChains = 8, kMmaSteps = 2048;
-constexpr double kMmaFlop = 2.0 * 16 * 8 * 16; // operations of one instruction of a warp
-constexpr uint32_t kNever = 0xffffffffu;       // no result has these bits, but the compiler cannot know
+constexpr double kMmaFlop = 2.0 * 16 * 8 * 16; // operations that one instruction of a warp does
+constexpr uint32_t kNever = 0xffffffffu;       // bits that no result has, which the compiler cannot know
 
 __device__ __forceinline__ uint32_t scramble(uint32_t v)
 {
@@ -49,7 +50,7 @@ __device__ __forceinline__ void loadPiece(const uint4* source, uint4 (&words)[kL
         words[i] = __ldcs(source + firstWord() + i * kThreads);
 }
 
-// Keeps the compiler from dropping the operations that `result` depends on.
+// Keeps the compiler from removing the operations that `result` depends on.
 __device__ __forceinline__ void keep(uint32_t result, uint32_t* sink)
 {
     if (result == kNever)
@@ -73,7 +74,7 @@ __global__ void __launch_bounds__(kThreads) readKernel(const uint4* __restrict__
 #pragma unroll
     for (uint32_t i = 0; i < kLoads; ++i)
         all |= words[i].x & words[i].y & words[i].z & words[i].w;
-    keep(all, sink); // note: eight ANDs of four random words, ORed: all ones has no chance
+    keep(all, sink); // note: the sum is never all ones by chance: it ORs eight ANDs of four random words
 }
 
 template <uint32_t kChains, uint32_t kSteps, typename Step>
@@ -95,19 +96,19 @@ __device__ __forceinline__ void runChains(const Step& step, uint32_t* sink)
     keep(__float_as_uint(sum), sink);
 }
 
-// Goes towards b / (1 - a).
+// Chains of multiply-adds whose value goes towards b / (1 - a).
 __global__ void __launch_bounds__(kThreads) fmaKernel(float a, float b, uint32_t* sink)
 {
     runChains<kFmaChains, kFmaSteps>([=](float x) { return fmaf(x, a, b); }, sink);
 }
 
-// Goes towards the x that is 2^-x.
+// Chains of exponentials whose value goes towards the x that equals 2^-x.
 __global__ void __launch_bounds__(kThreads) expKernel(uint32_t* sink)
 {
     runChains<kExpChains, kExpSteps>([](float x) { return exp2Approx(-x); }, sink);
 }
 
-// Two halves in [-1, 1).
+// Two random half floats in [-1, 1).
 __device__ __forceinline__ uint32_t randomHalves(uint32_t seed)
 {
     const uint32_t v = scramble(seed);
@@ -132,7 +133,7 @@ __global__ void __launch_bounds__(kThreads) mmaKernel(uint32_t* sink)
     keep(__float_as_uint(sum), sink);
 }
 
-// As many blocks as the device holds at once, so that no last wave is half empty. Returns how many threads they have.
+// Launches as many blocks as the device holds at once, so that none starts later. Returns the number of threads.
 template <typename... Parameters, typename... Arguments>
 double launchFull(void (*kernel)(Parameters...), uint32_t processors, CUstream_st* stream,
                   const Arguments&... arguments)

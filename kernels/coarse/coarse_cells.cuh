@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Joining of a group's small Gaussians, by one block: sums of cells in shared memory, and each as one Gaussian. Sums are whole
-// numbers, which do not depend on who adds first.
+// Joins the small Gaussians of a group, in one block: adds up sums for each cell in shared memory, and makes each cell
+// one Gaussian. The sums are whole numbers, so that the order of adding does not matter.
 #pragma once
 
 #include "kernels/coarse/coarse_gaussian.cuh"
@@ -8,34 +8,34 @@
 
 namespace gsc {
 
-constexpr uint32_t kCells = 704;     // places of cells: with all else 99 KiB of shared memory
-constexpr uint32_t kMostCells = 640; // most cells of a copy
-constexpr uint32_t kAxisBits = 10, kAxisCells = 1u << kAxisBits; // cells of a group along an axis
+constexpr uint32_t kCells = 704;     // places in the table of cells; with all else they take 99 KiB of shared memory
+constexpr uint32_t kMostCells = 640; // largest number of cells in a copy
+constexpr uint32_t kAxisBits = 10, kAxisCells = 1u << kAxisBits; // largest number of cells of a group along an axis
 constexpr uint32_t kNoKey = ~0u;
 constexpr float kOne =
-    float(1u << 21); // the largest weight there is; a moment is twice that at most: 512 of these fit 31 bits
+    float(1u << 21); // largest weight in the sums; a moment is at most twice that, so 512 of them fit 31 bits
 
-// Sums of a cell, in steps of 1 / kOne: weight; weight times place in the cell (3), colour (3), second moments of the
-// place (6: xx xy xz yy yz zz).
+// Sums of a cell, in steps of 1 / kOne: weight; weight times place in the cell (3 sums); weight times colour (3);
+// weight times second moments of the place (6: xx xy xz yy yz zz).
 enum CellSum : uint32_t { kWeight = 0, kPlace = 1, kColor = 4, kMoment = 7, kSums = 13 };
 
 struct CellSums {
-    uint32_t keys[kCells];   // kNoKey: no cell
-    uint32_t orders[kCells]; // least emission order of the joined Gaussians
+    uint32_t keys[kCells];   // key of the cell in each place of the table, kNoKey: none
+    uint32_t orders[kCells]; // smallest emission order of the Gaussians joined in each cell
     int32_t sums[kSums][kCells];
-    uint16_t places[kMostCells]; // places on the grid of the cells that fit
-    uint32_t count;              // number of cells
+    uint16_t places[kMostCells]; // places in the table of the cells that fit into the copy
+    uint32_t count;              // number of cells that the group has
 };
 
-// A group as its warps need it.
+// Numbers of a group that the warps need while they make its copy.
 struct MadeGroup {
     CoarseFrame frame;
-    float base[3];  // first cell of its box
-    float per_cell; // cells in a world unit
-    float most;     // reciprocal of the largest weight
+    float base[3];  // lower corner of the group's first cell, world units
+    float per_cell; // cells per world unit
+    float most;     // reciprocal of the group's largest weight
 };
 
-// Place of a cell, which is its own from now on; kCells: there is none left.
+// Place in the table of the cell `key`; takes a free place for a cell that has none yet; kCells if no place is left.
 __device__ __forceinline__ uint32_t placeOfCell(CellSums& cells, uint32_t key)
 {
     uint32_t at = __umulhi(key * 2654435769u, kCells);
@@ -51,10 +51,10 @@ __device__ __forceinline__ uint32_t placeOfCell(CellSums& cells, uint32_t key)
     return kCells;
 }
 
-// A Gaussian and how it looks from where the copy is made.
+// A Gaussian, and how it looks from the viewpoint for which the copy is made.
 struct Seen {
-    float covariance[6];          // xx xy xz yy yz zz
-    float trace, along, adjugate; // screenArea()
+    float covariance[6];          // xx xy xz yy yz zz, world units squared
+    float trace, along, adjugate; // arguments of screenArea()
     float scale;
 };
 
@@ -99,7 +99,7 @@ __device__ __forceinline__ Seen seen(const CoarseView& view, const float* positi
     return it;
 }
 
-// Adds a small Gaussian to its cell.
+// Adds a small Gaussian to the sums of its cell.
 __device__ __forceinline__ void join(CellSums& cells, const MadeGroup& group, const float* position, const Seen& it,
                                      const ActiveGaussian& active, float opacity, uint32_t order)
 {
@@ -133,7 +133,7 @@ __device__ __forceinline__ void join(CellSums& cells, const MadeGroup& group, co
     atomicMin(&cells.orders[cell], order);
 }
 
-// The sums of a cell as one Gaussian.
+// Makes the sums of a cell one Gaussian.
 __device__ __forceinline__ CoarseGaussian joined(const CellSums& cells, const MadeGroup& group, const CoarseView& view,
                                                  uint32_t cell)
 {
@@ -148,7 +148,7 @@ __device__ __forceinline__ CoarseGaussian joined(const CellSums& cells, const Ma
         out.position[i] = (group.base[i] + index + mean[i]) * group.frame.cell;
         out.color[i] = fminf(fmaxf(sum(kColor + i) * inverse, 0.0f), 1.0f);
     }
-    // rounding of the sums may reduce a sum of squares so much: without this, a faint Gaussian could get any shape
+    // largest amount by which rounding may reduce a sum of squares: without it a faint Gaussian could get any shape
     const float rounding = 3.0f * inverse + 1e-6f;
     float c[6];
     uint32_t at = 0;
@@ -157,11 +157,11 @@ __device__ __forceinline__ CoarseGaussian joined(const CellSums& cells, const Ma
 #pragma unroll
         for (int j = i; j < 3; ++j, ++at) {
             c[at] = sum(kMoment + at) * inverse - mean[i] * mean[j];
-            if (i == j) // range that joined Gaussians can have; rounding may leave it
+            if (i == j) // a variance stays in the range that joined Gaussians can have, which rounding may leave
                 c[at] = fminf(fmaxf(c[at], 0.0f), 1.25f) + rounding;
         }
 #pragma unroll
-    for (int i = 0; i < 3; ++i) { // xy, xz, yz
+    for (int i = 0; i < 3; ++i) { // off the diagonal: xy, xz, yz
         const uint32_t of[3] = {1, 2, 4}, first[3] = {0, 0, 3}, second[3] = {3, 5, 5};
         const float most = sqrtf(c[first[i]] * c[second[i]]);
         c[of[i]] = fminf(fmaxf(c[of[i]], -most), most);

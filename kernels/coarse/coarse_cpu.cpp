@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lanes are Gaussians, then cells. Sums of a cell are taken in the order in which its Gaussians were decoded.
+// Makes coarse copies on a CPU. A vector's lanes are first Gaussians, then cells. The Gaussians of a cell are added in
+// the order in which they were decoded.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/coarse/coarse_cpu.cpp"
 #include <hwy/foreach_target.h>
@@ -19,18 +20,18 @@ namespace HWY_NAMESPACE {
 
 using M = hn::Mask<D>;
 
-// Sums of a cell: light; light times place in the cell (3), colour (3), second moments of the place (6: xx xy xz yy
-// yz zz).
+// Sums of a cell: light; light times place in the cell (3 sums); light times colour (3); light times second moments of
+// the place (6: xx xy xz yy yz zz).
 enum CellSum : uint32_t { kLight = 0, kPlace = 1, kTint = 4, kMoment = 7, kSums = 13 };
-constexpr uint32_t kAxisBits = 10, kAxisCells = 1u << kAxisBits; // cells of a group along an axis
+constexpr uint32_t kAxisBits = 10, kAxisCells = 1u << kAxisBits; // largest number of cells of a group along an axis
 constexpr uint32_t kNoCell = ~0u;
 
-// log(x) of positive normal numbers; 3e-7 absolute near 1.
+// log(x) of positive normal numbers, with an absolute error of 3e-7 near 1.
 HWY_INLINE V fineLog(D d, V x)
 {
     const hn::RebindToSigned<D> di;
     const V one = hn::Set(d, 1.0f);
-    // x = m 2^e, m in [2/3, 4/3)
+    // splits x into m 2^e, with m in [2/3, 4/3)
     const auto bits = hn::BitCast(di, x);
     const auto exponent = hn::ShiftRight<23>(hn::Sub(bits, hn::Set(di, 0x3f2aaaab)));
     const V m = hn::BitCast(d, hn::Sub(bits, hn::ShiftLeft<23>(exponent)));
@@ -42,13 +43,13 @@ HWY_INLINE V fineLog(D d, V x)
     return hn::MulAdd(hn::ConvertTo(d, exponent), hn::Set(d, 0.69314718f), hn::Add(p, p));
 }
 
-// opticalDepth() of the lanes.
+// opticalDepth() for the lanes of a vector.
 HWY_INLINE V depthLanes(D d, V opacity)
 {
     return hn::Neg(fineLog(d, hn::Sub(hn::Set(d, 1.0f), hn::Min(opacity, hn::Set(d, kLargestOpacity)))));
 }
 
-// Arguments of screenArea() for a vector of Gaussians.
+// Arguments of screenArea() for the lanes of a vector, one Gaussian each.
 struct SeenLanes {
     V trace, along, adjugate, scale;
 };
@@ -63,7 +64,7 @@ HWY_INLINE SeenLanes seenLanes(D d, const CoarseView& view, const V* position, c
     for (V& v : u)
         v = hn::Mul(v, inverse);
     const V two = hn::Set(d, 2.0f);
-    const auto form = [&](V xx, V xy, V xz, V yy, V yz, V zz) { // u C u
+    const auto form = [&](V xx, V xy, V xz, V yy, V yz, V zz) { // quadratic form u C u of the unit view direction
         const V mixed = dot3(xy, xz, yz, hn::Mul(u[0], u[1]), hn::Mul(u[0], u[2]), hn::Mul(u[1], u[2]));
         const V own = dot3(xx, yy, zz, hn::Mul(u[0], u[0]), hn::Mul(u[1], u[1]), hn::Mul(u[2], u[2]));
         return hn::MulAdd(two, mixed, own);
@@ -80,9 +81,9 @@ HWY_INLINE SeenLanes seenLanes(D d, const CoarseView& view, const V* position, c
     return seen;
 }
 
-constexpr float kFilter = 0.3f; // blur of the rasteriser, pixels squared
+constexpr float kFilter = 0.3f; // variance of the rasteriser's blur, pixels squared
 
-// screenArea() of the lanes.
+// screenArea() for the lanes of a vector.
 HWY_INLINE V areaLanes(D d, const SeenLanes& seen)
 {
     const V s = hn::Mul(seen.scale, seen.scale);
@@ -91,7 +92,7 @@ HWY_INLINE V areaLanes(D d, const SeenLanes& seen)
     return hn::Sqrt(hn::Max(det, hn::Set(d, kFilter * kFilter)));
 }
 
-// growth() of the lanes.
+// growth() for the lanes of a vector.
 HWY_INLINE V growthLanes(D d, const SeenLanes& seen, V wanted)
 {
     const V s = hn::Mul(seen.scale, seen.scale);
@@ -102,13 +103,13 @@ HWY_INLINE V growthLanes(D d, const SeenLanes& seen, V wanted)
     return hn::Div(hn::Add(more, more), hn::Add(linear, root));
 }
 
-// A group on its way.
+// State of a group while its copy is made.
 struct Joining {
     const CoarseView& view;
     const GaussianBlock& g;
     const JoinOrigins& origins;
     JoinScratch& scratch;
-    float edge, per_cell, base[3]; // edge of a cell; cells per world unit; first cell of the group's box
+    float edge, per_cell, base[3]; // edge of a cell, world units; cells per world unit; corner of the first cell
     uint32_t places, cells;
 
     HWY_INLINE void load(D d, size_t at, V* position, V* covariance) const
@@ -122,7 +123,7 @@ struct Joining {
     }
 };
 
-// Lanes that are joined; those that are not finite are not.
+// Lanes whose Gaussians are small enough to be joined; Gaussians with values that are not finite never are.
 HWY_INLINE M isSmall(D d, const Joining& group, size_t at)
 {
     const GaussianBlock& g = group.g;
@@ -136,7 +137,7 @@ HWY_INLINE M isSmall(D d, const Joining& group, size_t at)
     return hn::And(hn::Lt(largest, hn::Set(d, group.edge)), hn::Eq(hn::Sub(sum, sum), hn::Zero(d)));
 }
 
-// Returns the cell of a key; makes it if there is none.
+// Returns the index of the cell with this key, which is made if there is none.
 HWY_INLINE uint32_t cellOf(Joining& group, uint32_t key, uint64_t order)
 {
     JoinScratch& scratch = group.scratch;
@@ -157,7 +158,7 @@ HWY_INLINE uint32_t cellOf(Joining& group, uint32_t key, uint64_t order)
     return cell;
 }
 
-// Adds the small ones of a vector to their cells.
+// Adds the small Gaussians of a vector to their cells.
 HWY_INLINE void gatherVector(D d, Joining& group, size_t at, M small)
 {
     const hn::RebindToSigned<D> di;
@@ -197,7 +198,7 @@ HWY_INLINE void gatherVector(D d, Joining& group, size_t at, M small)
     }
 }
 
-// The sums of the cells from `first` on, each as one Gaussian, into the copy's tiles.
+// Makes a vector of cells, from `first` on, one Gaussian each, and appends them to the copy's tiles.
 HWY_INLINE void joinCells(D d, const Joining& group, size_t first)
 {
     const hn::RebindToSigned<D> di;
@@ -229,7 +230,8 @@ HWY_INLINE void joinCells(D d, const Joining& group, size_t first)
     const V area = areaLanes(d, seen);
     const V depth = hn::Add(hn::Div(light, area), hn::Set(d, kUndrawnDepth));
     V factor = hn::Set(d, 1.0f);
-    if (const M dense = hn::Gt(depth, hn::Set(d, kMostDepth)); !hn::AllFalse(d, dense)) { // widening(), kMostGrowth
+    // widens dense Gaussians, by the rules of widening() and kMostGrowth in coarse_rule.h
+    if (const M dense = hn::Gt(depth, hn::Set(d, kMostDepth)); !hn::AllFalse(d, dense)) {
         const V cover = hn::Add(hn::Set(d, kEuler), fineLog(d, depth));
         const V grows = growthLanes(d, seen, hn::Mul(area, hn::Mul(cover, hn::Set(d, 1.0f / kMostCover))));
         factor = hn::IfThenElse(hn::And(dense, hn::Lt(grows, hn::Set(d, kMostGrowth))), grows, factor);
@@ -240,7 +242,7 @@ HWY_INLINE void joinCells(D d, const Joining& group, size_t first)
     put(hn::Min(hn::Sub(hn::Set(d, 1.0f), through), hn::Set(d, kLargestOpacity)), kTileOpacity);
 }
 
-// Appends the Gaussians of a vector that are not joined, as decoded.
+// Appends the Gaussians of a vector that are not joined, as they were decoded.
 HWY_INLINE void keepVector(D d, const Joining& group, size_t at, uint32_t bits, uint32_t& count)
 {
     HWY_ALIGN float rows[6][kMaxLanes];
@@ -285,7 +287,7 @@ uint32_t joinGroup(const CoarseView& view, const GroupRecord& record, float edge
         if (const M mask = small(at); !hn::AllFalse(d, mask))
             gatherVector(d, group, at, mask);
     uint32_t count = group.cells;
-    // so that the padding of a vector is finite
+    // cells that fill up the last vector get finite values
     std::fill_n(scratch.cells.data() + size_t(count) * kCellRow, size_t(kMaxLanes) * kCellRow, 1.0f);
     std::fill_n(scratch.keys.data() + count, kMaxLanes, 0u);
     for (size_t first = 0; first < count; first += lanes)
@@ -311,7 +313,7 @@ HWY_EXPORT(joinGroup);
 void reserveJoin(uint32_t n_offsets, JoinScratch& scratch)
 {
     const uint32_t gaussians = kGroupSize * n_offsets;
-    const size_t cells = gaussians + kMaxLanes; // a vector may end behind the last
+    const size_t cells = gaussians + kMaxLanes; // room for one vector more: the last one may end behind the last cell
     scratch.cells.reserve(cells * kCellRow);
     scratch.table.reserve(tablePlaces(gaussians));
     scratch.keys.reserve(cells);

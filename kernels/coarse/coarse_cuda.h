@@ -15,22 +15,22 @@ struct CUstream_st;
 
 namespace gsc {
 
-constexpr uint32_t kPageGaussians = 32;     // a lane each
-constexpr uint32_t kMostPages = 24;         // most pages of a copy; a group that needs more is drawn as near
-constexpr uint32_t kCoarseUrgencies = 4096; // buckets, most urgent first
-constexpr uint32_t kCoarseAges = 1024;      // buckets of frames since a copy was drawn; the last holds all older ones
-constexpr uint32_t kCoarseFewGroups = 2048; // for so few groups one block is faster than three more launches
+constexpr uint32_t kPageGaussians = 32; // Gaussians of a page, one for each lane of a warp
+constexpr uint32_t kMostPages = 24;     // largest number of pages of a copy; a group that needs more is drawn as near
+constexpr uint32_t kCoarseUrgencies = 4096; // buckets of urgency, the most urgent first
+constexpr uint32_t kCoarseAges = 1024; // buckets of frames since a copy was drawn; the last one holds all older copies
+constexpr uint32_t kCoarseFewGroups = 2048; // with so few visible groups, one block is faster than three more launches
 constexpr uint32_t kNoPage = ~0u;
 
-// State of a group, kept from frame to frame.
+// State of a group and its copy, kept from frame to frame.
 struct alignas(16) CoarseGroup {
     CoarseKey key;
-    uint32_t kind;    // CoarseKind
-    uint32_t count;   // Gaussians of its copy
-    uint32_t anchors; // anchors that its copy was made of
-    uint32_t source;  // Gaussians of these anchors
-    uint32_t used;    // frame that drew the copy last
-    uint32_t made;    // frame that made the copy, or found the group near
+    uint32_t kind;    // a value of CoarseKind
+    uint32_t count;   // number of Gaussians in the group's copy
+    uint32_t anchors; // number of anchors that the copy was made of
+    uint32_t source;  // number of Gaussians that the copy's anchors had
+    uint32_t used;    // number of the frame that drew the copy last
+    uint32_t made;    // number of the frame that made the copy, or found the group near
 };
 static_assert(sizeof(CoarseGroup) == 48);
 
@@ -39,7 +39,7 @@ GSC_HD uint32_t pagesOf(const CoarseGroup& group)
     return (group.count + kPageGaussians - 1) / kPageGaussians;
 }
 
-// A Gaussian of a copy: two words, kPageGaussians words apart.
+// A Gaussian of a copy takes two CoarseWords, kPageGaussians of them apart.
 //   place      x, y, z from the low bits on, 21 bits each, in steps of the group's box
 //   factor     L of the covariance L L^T in edges of a cell, halves: L00 L10, L20 L11, L21 L22
 //   color, opacity: steps of 1/65535; order: emission order, which breaks ties of depth
@@ -47,42 +47,42 @@ struct alignas(16) CoarseWords {
     uint32_t word[4];
 };
 struct CoarsePage {
-    CoarseWords first[kPageGaussians];  // place (2), factor (2)
-    CoarseWords second[kPageGaussians]; // factor, red | green << 16, blue | opacity << 16, order
+    CoarseWords first[kPageGaussians];  // place (2 numbers), factor (2)
+    CoarseWords second[kPageGaussians]; // factor (1), red | green << 16, blue | opacity << 16, order
 };
 static_assert(sizeof(CoarsePage) == 1024);
 
-// Histograms of a frame. Zero between frames: coarseGrantCuda() clears them.
+// Histograms of a frame. They are zero between frames: coarseGrantCuda() clears them.
 struct CoarseBuckets {
-    uint32_t urgencies[kCoarseUrgencies]; // groups
-    uint32_t ages[kCoarseAges];           // pages
+    uint32_t urgencies[kCoarseUrgencies]; // groups whose copy is due, by urgency
+    uint32_t ages[kCoarseAges];           // pages of copies, by frames since the copy was drawn
 };
 
 // Ring of free pages, kept from frame to frame.
 struct CoarseRing {
-    unsigned long long taken, given; // counted from the reset; given - taken pages are free
+    unsigned long long taken, given; // pages taken from and given to the ring since the reset; given - taken are free
 };
 
-struct CoarseTables {    // device pointers
-    CoarseGroup* groups; // groups of the model
-    uint32_t* page_of;   // groups x kMostPages
-    CoarsePage* pages;   // page_count
-    uint32_t* ring;      // 2 x page_count
+struct CoarseTables {    // tables of copies, all pointers to device memory
+    CoarseGroup* groups; // group_count elements: state of every group of the model
+    uint32_t* page_of;   // group_count x kMostPages elements: pages of each copy
+    CoarsePage* pages;   // page_count pages
+    uint32_t* ring;      // 2 x page_count elements: numbers of free pages
     uint32_t page_count, group_count;
-    uint32_t* near;    // groups decoded for this frame: group | eyes << kAnchorBits
-    uint32_t* drawn;   // groups drawn from copies: group | eyes << kAnchorBits
-    uint32_t* wants;   // groups whose copies are to be made: group | eyes << kAnchorBits
-    uint32_t* urgency; // for each group that is looked at, in their order: bucket of urgency if a copy is wanted
+    uint32_t* near;    // list of groups that are decoded for this frame: group | eyes << kAnchorBits
+    uint32_t* drawn;   // list of groups that are drawn from copies: group | eyes << kAnchorBits
+    uint32_t* wants;   // list of groups whose copies are to be made: group | eyes << kAnchorBits
+    uint32_t* urgency; // for each visible group, in their order: bucket of urgency if a copy is wanted
     CoarseBuckets* buckets;
     CoarseRing* free;
 };
 
-// Values that change from frame to frame, beside FrameNow.
+// Values for coarse copies that change from frame to frame, in addition to FrameNow.
 struct CoarseNow : FrameNow {
     CoarseView view;
-    uint32_t frame;  // counts from 1; a frame drawn again keeps its number
-    uint32_t again;  // not 0: the frame is drawn again
-    uint32_t budget; // most copies made in the frame
+    uint32_t frame;  // number of the frame, from 1; a frame that is drawn again keeps its number
+    uint32_t again;  // not 0 if the frame is drawn again because a buffer was too small
+    uint32_t budget; // largest number of copies that this frame may make
 };
 
 struct CoarseScheduleArgs {
@@ -92,8 +92,8 @@ struct CoarseScheduleArgs {
     DeviceModel model;
     uint32_t eye_count;
     RasterConstants rules;
-    const uint32_t* visible_groups; // SelectCudaArgs
-    uint32_t* histogram;            // SelectCudaArgs
+    const uint32_t* visible_groups; // groups that eyes may see: group | eyes << kAnchorBits, as select lists them
+    uint32_t* histogram;            // kDepthBuckets counts of visible anchors by view z, to which copies are added
     FrameCounters* frame;
     CoarseTables tables;
 };
@@ -103,14 +103,14 @@ inline void setNow(CoarseScheduleArgs& args, const CoarseNow& now)
     args.now = now;
 }
 
-// Arguments of the kernels that decode groups and draw copies.
+// Arguments of the kernels that decode groups for copies and that draw copies.
 struct CoarseCudaArgs : DecodeCudaArgs {
     using Now = CoarseNow;
 
     CoarseTables tables;
     CoarseView view;
-    uint32_t frame;      // CoarseNow
-    uint32_t* histogram; // SelectCudaArgs
+    uint32_t frame;      // number of the frame
+    uint32_t* histogram; // kDepthBuckets counts of visible anchors by view z, to which copies are added
 };
 
 inline void setNow(CoarseCudaArgs& args, const CoarseNow& now)
@@ -120,15 +120,15 @@ inline void setNow(CoarseCudaArgs& args, const CoarseNow& now)
     args.frame = now.frame;
 }
 
-// Arguments for FrameView::Detail and FrameView::Age.
+// Arguments for painting FrameView::Detail and FrameView::Age.
 struct PaintCoarseArgs {
     using Now = CoarseNow;
 
     PaintCudaArgs paint;
     CoarseTables tables;
     CoarseView view;
-    uint32_t frame; // CoarseNow
-    bool ages;      // FrameView::Age
+    uint32_t frame; // number of the frame
+    bool ages;      // true for FrameView::Age, false for FrameView::Detail
 };
 
 inline void setNow(PaintCoarseArgs& args, const CoarseNow& now)
@@ -137,27 +137,28 @@ inline void setNow(PaintCoarseArgs& args, const CoarseNow& now)
     args.frame = now.frame;
 }
 
-// Brings the kernels to the device (loadKernel()), so that no frame waits for them.
-void loadCoarseSchedule(bool few); // kCoarseFewGroups or fewer
+// Bring kernels to the device (loadKernel()), so that no frame waits for that.
+void loadCoarseSchedule(bool few); // few: for models of kCoarseFewGroups or fewer
 void loadCoarseMake(bool compact, bool bank);
 void loadCoarseDraw();
-// Forgets all copies. Asynchronous, as all functions below.
+// Forgets all copies. Asynchronous, as are all functions below.
 void resetCoarseCuda(const CoarseTables& tables, uint32_t processors, CUstream_st* stream);
-// Called after selection, in this order: change of each group's copy; which copies are made; which copies give up their
-// pages, least recently drawn first; lists of what is drawn, and how.
+// The four steps that follow selection, in this order: find the change since each group's copy was made; grant copies
+// to be made; evict copies, which give up their pages, the least recently drawn first; list what is drawn, and how.
 void coarseScheduleCuda(const CoarseScheduleArgs& args, uint32_t processors, CUstream_st* stream);
 void coarseGrantCuda(const CoarseScheduleArgs& args, CUstream_st* stream);
 void coarseEvictCuda(const CoarseScheduleArgs& args, uint32_t processors, CUstream_st* stream);
 void coarseListCuda(const CoarseScheduleArgs& args, uint32_t processors, CUstream_st* stream);
 void coarseDecideCuda(const CoarseScheduleArgs& args,
-                      CUstream_st* stream); // all four steps in one kernel, for kCoarseFewGroups or fewer
-// Makes the wanted copies; adds groups that turn out to be near to that list. shared_bytes: DecodeCudaArgs.
+                      CUstream_st* stream); // does all four steps in one kernel, for kCoarseFewGroups or fewer
+// Makes the wanted copies; adds groups that turn out to be near to the list of near groups. shared_bytes: as in
+// DecodeCudaArgs.
 void coarseMakeCuda(const CoarseCudaArgs& args, uint32_t processors, CUstream_st* stream);
-// Projects copies to splats. Called once per pass.
+// Projects copies to splats. To be called once in each pass.
 void coarseDrawCuda(const CoarseCudaArgs& args, uint32_t processors, CUstream_st* stream);
-// Paints the splats that making and drawing wrote. Called after both.
+// Paints the splats that were written by making and drawing copies. To be called after both.
 void paintCoarseCuda(const PaintCoarseArgs& args, uint32_t processors, CUstream_st* stream);
-// Most splat slots that drawing leaves unused, for one eye.
+// Largest number of splat slots of one eye that drawing leaves unused.
 uint32_t coarseDrawGaps(uint32_t processors, uint32_t slot_capacity);
 
 } // namespace gsc

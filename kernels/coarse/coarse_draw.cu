@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Projects coarse copies to splats, like decode after its networks. A warp draws a copy, a page at a time.
+// Projects coarse copies to splats, as decode does behind its networks. A warp draws a copy, one page at a time.
 #include "kernels/coarse/coarse_gaussian.cuh"
 #include "kernels/cuda/launch.cuh"
 #include "kernels/decode/fast/emit.cuh"
@@ -11,7 +11,8 @@ namespace {
 constexpr uint32_t kThreads = 256;
 constexpr uint32_t kBlocksPerProcessor = 3;
 
-// kShared: DecodeFrame. Joined Gaussians are not thinned: their cells grow (cellGrowth()).
+// kShared: as in DecodeFrame. Joined Gaussians are not thinned where no eye looks: instead their cells are larger
+// (cellGrowth()).
 template <bool kShared>
 __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(const __grid_constant__ CoarseCudaArgs args)
 {
@@ -22,7 +23,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
     if (warp >= copies)
         return;
     EyeTally left, right;
-    uint32_t positive = 0; // bit per eye
+    uint32_t positive = 0; // a bit for each eye that sees an opacity above zero
     for (uint32_t i = warp; i < copies; i += warps) {
         const uint32_t entry = tables.drawn[i], index = entry & ((1u << kAnchorBits) - 1), eyes = entry >> kAnchorBits;
         const CoarseGroup& kept = tables.groups[index];

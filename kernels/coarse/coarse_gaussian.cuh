@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gaussians of coarse copies: how they are packed (CoarsePage).
+// Packs and unpacks Gaussians of coarse copies (CoarsePage).
 #pragma once
 
 #include "kernels/coarse/coarse_cuda.h"
@@ -7,10 +7,10 @@
 
 namespace gsc {
 
-// A group's units: origin and step of its positions, and unit of its factors.
+// Units in which a group's copy is packed: origin and step of positions, and unit of factors.
 struct CoarseFrame {
     float origin[3];
-    float step; // size of a step of positions, world units
+    float step; // step of positions in world units
     float cell;
 };
 
@@ -31,12 +31,12 @@ __device__ __forceinline__ CoarseFrame coarseFrame(const GroupRecord& group, con
 }
 
 struct CoarseGaussian {
-    float position[3], factor[6], color[3], opacity; // factor: L00 L10 L20 L11 L21 L22, world units
+    float position[3], factor[6], color[3], opacity; // factor: L00 L10 L20 L11 L21 L22 of L L^T, world units
     uint32_t order;
 };
 
-// Cholesky factor of a covariance c: xx xy xz yy yz zz, positive definite but for rounding. least: lower bound of a
-// pivot.
+// Cholesky factor of a covariance c (xx xy xz yy yz zz), which is positive definite but for rounding. least: lower
+// bound of the diagonal of the factor.
 __device__ __forceinline__ void factorOf(const float* c, float least, float* factor)
 {
     const float l00 = sqrtf(fmaxf(c[0], least * least)), inverse0 = __fdividef(1.0f, l00);
@@ -52,8 +52,8 @@ __device__ __forceinline__ void factorOf(const float* c, float least, float* fac
     factor[5] = l22;
 }
 
-// Cholesky factor from a rotation (row-major) and standard deviations, row by row: the covariance of a long thin
-// Gaussian would round its thin axes away.
+// Cholesky factor, row by row, from a rotation (row-major) and standard deviations. It is not computed from the
+// covariance, in which the thin axes of a long Gaussian would be lost by rounding.
 __device__ __forceinline__ void factorOf(const float (&rotation)[9], const float* sigma, float* factor)
 {
     float rows[3][3], units[2][3] = {};

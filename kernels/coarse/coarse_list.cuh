@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pages and depths of coarse copies, as kernels that list them share them.
+// Pages and depths of coarse copies, for the kernels that list copies.
 #pragma once
 
 #include "kernels/coarse/coarse_cuda.h"
@@ -8,20 +8,20 @@
 
 namespace gsc {
 
-// note: room for twice the pages, so that a place is not written before its old page has been read
+// Size of the ring. note: room for twice the pages, so that a place is not written before its old page has been read
 __device__ __forceinline__ uint32_t ringRoom(const CoarseTables& tables)
 {
     return 2 * tables.page_count;
 }
 
-// Where the ring has the page `p`, at most its room, behind `from`.
+// Place in the ring of the page `p` behind `from`; p is at most the size of the ring.
 __device__ __forceinline__ uint32_t ringPlace(const CoarseTables& tables, unsigned long long from, uint32_t p)
 {
     const uint32_t room = ringRoom(tables), at = uint32_t(from % room) + p;
     return at >= room ? at - room : at;
 }
 
-// A copy's pages become free after this frame: those that this one takes were free before it.
+// Gives the pages of a copy to the ring. They become free after this frame: pages that it takes were free before it.
 __device__ __forceinline__ void givePages(const CoarseTables& tables, uint32_t group, uint32_t pages)
 {
     const unsigned long long at = atomicAdd(&tables.free->given, static_cast<unsigned long long>(pages));
@@ -29,7 +29,8 @@ __device__ __forceinline__ void givePages(const CoarseTables& tables, uint32_t g
         tables.ring[ringPlace(tables, at, p)] = tables.page_of[size_t(group) * kMostPages + p];
 }
 
-// Adds a copy to the depth histogram, as select adds anchors: for each eye, as many anchors as give that many Gaussians.
+// Adds a copy of `count` Gaussians to the depth histogram, in which select counts anchors: for each eye, as the number
+// of anchors that gives as many Gaussians.
 __device__ __forceinline__ void addCoarseDepth(const FrameNow& now, uint32_t* histogram, const DeviceModel& model,
                                                uint32_t group, uint32_t eyes, uint32_t gaussians)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes a group from between the eyes and joins its small Gaussians: a block takes a group at a time, a warp 16 of
-// its anchors that are shown.
+// Makes coarse copies: decodes a group from between the eyes and joins its small Gaussians. A block takes a group at a
+// time, a warp 16 of the group's anchors that are shown.
 #include "kernels/coarse/coarse_cells.cuh"
 #include "kernels/coarse/coarse_list.cuh"
 #include "kernels/cuda/launch.cuh"
@@ -12,26 +12,28 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kWarps = 4, kThreads = 32 * kWarps;
-constexpr uint32_t kBlocks = 2;                         // per multiprocessor
-constexpr uint32_t kStaged = kRows * 4 * kItemsPerLane; // Gaussians of 16 anchors
+constexpr uint32_t kBlocks = 2;                         // blocks that run on a multiprocessor at once
+constexpr uint32_t kStaged = kRows * 4 * kItemsPerLane; // Gaussians of 16 anchors that are staged at a time, at most
 constexpr uint32_t kMostGaussians = kMostPages * kPageGaussians;
 
 struct MakeShared {
     DecodeNetworks networks;
     struct Staging {
         float outputs[10][kStaged], opacities[kStaged];
-        uint16_t owners[kStaged]; // row | k << 8
+        uint16_t owners[kStaged]; // row | k << 8 of each staged Gaussian: row of its anchor, number of its slot
     } staging[kWarps];
     CellSums cells;
     uint32_t pages[kMostPages];
-    uint32_t shows[kWarps];           // bit per lane: the anchor that is the thread's is shown
-    uint8_t shown[kGroupSize];        // anchors that are, from the group's first on
-    uint32_t alive, small, gaussians; // counts of the group
+    uint32_t shows[kWarps];    // a bit for each lane: set if the anchor of that thread is shown
+    uint8_t shown[kGroupSize]; // anchors that are shown, counted from the group's first anchor
+    // numbers of the group's Gaussians: alive: all; small: those joined; gaussians: the others, which the copy keeps
+    uint32_t alive, small, gaussians;
 };
 static_assert(kThreads == kGroupSize);
-static_assert(sizeof(MakeShared) <= 99 * 1024); // most that a block can have on compute capability 8.6, 8.9 and 12.0
+static_assert(sizeof(MakeShared) <= 99 * 1024); // a block can have no more on compute capability 8.6, 8.9 and 12.0
 
-// fraction: levelShows()
+// Returns true if an anchor of the group is shown at this distance. Sets fraction to its opacity factor, as
+// levelShows() does.
 __device__ __forceinline__ bool showsAnchor(const CoarseCudaArgs& args, uint32_t level_index, const float4& placement,
                                             float& fraction)
 {
@@ -41,7 +43,7 @@ __device__ __forceinline__ bool showsAnchor(const CoarseCudaArgs& args, uint32_t
                              args.lod_fade, fraction);
 }
 
-// A thread asks for its anchor of the group.
+// Each thread finds out whether its anchor of the group is shown.
 __device__ __forceinline__ void lookForShown(const CoarseCudaArgs& args, MakeShared& shared, const GroupRecord& record)
 {
     bool shows = false;
@@ -55,7 +57,7 @@ __device__ __forceinline__ void lookForShown(const CoarseCudaArgs& args, MakeSha
         shared.shows[threadIdx.x >> 5] = warp_shows;
 }
 
-// After all threads have asked: lists those that are shown, and returns how many.
+// Lists the anchors that are shown, after all threads have called lookForShown(), and returns their number.
 __device__ __forceinline__ uint32_t listShown(MakeShared& shared)
 {
     const uint32_t lane = threadIdx.x & 31u, warp = threadIdx.x >> 5;
@@ -71,7 +73,7 @@ __device__ __forceinline__ uint32_t listShown(MakeShared& shared)
     return count;
 }
 
-// Decodes anchors that are shown and joins them. shown: 1 to 16, `count` of them, from `first` on.
+// Decodes up to 16 of the shown anchors and joins their Gaussians: `count` of them, from number `first` of the list on.
 template <bool kCompact, bool kBank>
 __device__ __forceinline__ void makeStrip(const CoarseCudaArgs& args, MakeShared& shared, const MadeGroup& group,
                                           uint32_t level_index, uint32_t first, const uint8_t* shown, uint32_t count,
@@ -163,12 +165,12 @@ __device__ __forceinline__ void makeStrip(const CoarseCudaArgs& args, MakeShared
         factorOf(rotation, active.sigma, large.factor);
         storeCoarse(args.tables.pages[shared.pages[to / kPageGaussians]], to % kPageGaussians, group.frame, large);
     }
-    __syncwarp(); // before the staging memory is written again
+    __syncwarp(); // waits before the staging memory is written again
     addOfWarp(&shared.alive, all, lane);
     addOfWarp(&shared.small, small, lane);
 }
 
-// Takes the pages that a copy may need. One warp.
+// Takes from the ring as many pages as a copy may need. Called by one warp.
 __device__ __forceinline__ void takePages(const CoarseTables& tables, uint32_t (&pages)[kMostPages], uint32_t lane)
 {
     unsigned long long from = 0;
@@ -179,7 +181,7 @@ __device__ __forceinline__ void takePages(const CoarseTables& tables, uint32_t (
         pages[lane] = tables.ring[ringPlace(tables, from, lane)];
 }
 
-// Gives back the `old` pages of a group's copy, and of those that were taken all but the first `kept`. One warp.
+// Gives the `old` pages of a group's former copy to the ring, and all taken pages but the first `kept`. By one warp.
 __device__ __forceinline__ void keepPages(const CoarseTables& tables, uint32_t group, uint32_t old,
                                           const uint32_t (&pages)[kMostPages], uint32_t kept, uint32_t lane)
 {
@@ -197,7 +199,7 @@ __device__ __forceinline__ void keepPages(const CoarseTables& tables, uint32_t g
 }
 static_assert(kMostPages <= 32);
 
-// kCompact: the model is compact. kBank: it has a feature bank, which makes the features depend on the place.
+// kCompact: the model is compact. kBank: the model has a feature bank, so that features depend on the viewpoint.
 template <bool kCompact, bool kBank>
 __global__ void __launch_bounds__(kThreads, kBlocks) makeKernel(const __grid_constant__ CoarseCudaArgs args)
 {
@@ -279,7 +281,7 @@ __global__ void __launch_bounds__(kThreads, kBlocks) makeKernel(const __grid_con
                 atomicAdd(&counters.groups_near, 1u);
             }
         }
-        __syncthreads(); // before shared memory is written again
+        __syncthreads(); // waits before the shared memory is written again
     }
     if (__any_sync(~0u, positive) && lane < args.eye_count)
         atomicOr(&args.counters->any_positive[lane], 1u);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// FrameView::Detail and Age of a frame with detail. After copies are made: those are of this frame. A Gaussian of a copy has the
-// order of one of those that were joined, so it leads to the same group.
+// Paints FrameView::Detail and FrameView::Age of a frame with detail. Runs after copies were made, so new copies count
+// as of this frame. A joined Gaussian has the emission order of one of its sources, so it leads to their group.
 #include "kernels/coarse/coarse_cuda.h"
 #include "kernels/present/paint.cuh"
 
@@ -8,7 +8,7 @@ namespace gsc {
 
 namespace {
 
-// As the frame has listed the group.
+// Returns true if the frame draws the group from its copy.
 __device__ __forceinline__ bool isCopied(const PaintCoarseArgs& args, const CoarseGroup& kept)
 {
     return CoarseKind(kept.kind) == CoarseKind::Far && kept.used == args.frame;

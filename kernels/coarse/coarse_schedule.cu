@@ -10,17 +10,17 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kThreads = 256;
-// Buckets of urgency: first groups that cannot be drawn from a copy, in an order of the frame's own; then due copies,
-// the largest change first.
+// Buckets of urgency: below kUnseen are groups that cannot be drawn from a copy, in an order that differs from frame to
+// frame; behind them are due copies, the largest change first.
 constexpr uint32_t kUnseen = 1024, kStale = 3072;
 static_assert(kUnseen + kStale == kCoarseUrgencies);
-constexpr uint32_t kNothing = kCoarseUrgencies; // is wanted
+constexpr uint32_t kNothing = kCoarseUrgencies; // in place of a bucket: no copy is wanted
 
 __device__ __forceinline__ uint32_t mixed(uint32_t group, uint32_t frame)
 {
     uint32_t value = group * 2654435769u + frame * 2246822519u;
     value = (value ^ value >> 15) * 739982445u;
-    return value >> 22; // 10 bits
+    return value >> 22; // the highest 10 bits
 }
 
 __global__ void resetKernel(const CoarseTables tables)
@@ -36,7 +36,7 @@ __global__ void resetKernel(const CoarseTables tables)
         *tables.free = {0, tables.page_count};
 }
 
-// Pages that are free before the frame, and that are to be: those of two frames.
+// Pages that are free before the frame, and pages that shall be free: those of two frames.
 __device__ __forceinline__ uint32_t freePages(const CoarseTables& tables)
 {
     return uint32_t(tables.free->given - tables.free->taken);
@@ -71,13 +71,14 @@ __device__ __forceinline__ uint32_t urgencyOf(const CoarseScheduleArgs& args, co
     const uint32_t order = mixed(looked.group, args.now.frame);
     if (!looked.draws)
         return order;
-    // linear from the bound to where it cannot be drawn any more; then in the frame's own order, because a bucket of more
-    // groups than may be made is not made: another detail or bias gives all of them one change
+    // the bucket falls linearly from the change at which the copy cannot be drawn any more to the bound. Groups of
+    // equal change are spread over kOwn buckets in the frame's own order, because a bucket with more groups than may be
+    // made is not made at all, and a new detail or bias gives all groups one change
     constexpr uint32_t kOwn = 256, kLinear = kStale - kOwn;
     return kUnseen + uint32_t(float(kLinear) * (kStaleMost - looked.change)) + order * kOwn / kUnseen;
 }
 
-// Places that a launch's threads step through.
+// First element of a block, and the distance to its next ones, when all threads of a launch go through an array.
 __device__ __forceinline__ uint32_t firstOfBlock()
 {
     return blockIdx.x * blockDim.x;
@@ -101,7 +102,8 @@ __device__ __forceinline__ void lookAtAll(const CoarseScheduleArgs& args)
     }
     if (args.now.again != 0 || freePages(args.tables) >= wantedPages(args))
         return;
-    // copies that were not drawn lately give their pages first; those of the frame before have an age of 1
+    // counts pages by age, since copies that were not drawn lately give up their pages first; copies of the frame
+    // before have age 1
     for (uint32_t base = firstOfBlock(); base < args.tables.group_count; base += step) {
         const uint32_t g = base + threadIdx.x;
         const CoarseGroup kept = g < args.tables.group_count ? args.tables.groups[g] : CoarseGroup{};
@@ -112,8 +114,8 @@ __device__ __forceinline__ void lookAtAll(const CoarseScheduleArgs& args)
     }
 }
 
-// Returns the largest `end` for which the buckets before it have `most` together or less; clears the buckets. One block
-// of 1024 threads.
+// Returns the largest `end` for which the buckets before it hold `most` or less together; clears the buckets. Called by
+// one block of 1024 threads.
 template <uint32_t kBuckets>
 __device__ __forceinline__ uint32_t bucketsWithin(uint32_t* buckets, uint32_t most, bool reversed)
 {
@@ -150,27 +152,28 @@ __device__ __forceinline__ uint32_t bucketsWithin(uint32_t* buckets, uint32_t mo
     return result;
 }
 
-// Grants copies and chooses those to evict. One block of 1024 threads.
+// Grants copies to be made, and chooses the age from which copies are evicted. Called by one block of 1024 threads.
 __device__ __forceinline__ void grant(const CoarseScheduleArgs& args)
 {
     CoarseCounters& counters = args.frame->coarse;
     CoarseBuckets& buckets = *args.tables.buckets;
     const uint32_t free = freePages(args.tables);
-    // pages that a frame's copies may take have to be free before
+    // the pages that the frame's copies may take must be free before it
     const uint32_t budget = args.now.again != 0 ? 0u : min(args.now.budget, free / kMostPages);
     const uint32_t granted = bucketsWithin<kCoarseUrgencies>(buckets.urgencies, budget, false);
     const uint32_t wanted = wantedPages(args);
     const uint32_t missing = wanted - min(wanted, free);
-    const uint32_t within = missing != 0 ? bucketsWithin<kCoarseAges>(buckets.ages, missing, true) : 0; // else all 0
+    // if no pages are missing, all ages are 0
+    const uint32_t within = missing != 0 ? bucketsWithin<kCoarseAges>(buckets.ages, missing, true) : 0;
     if (threadIdx.x != 0)
         return;
     counters.granted_before = granted;
-    // one bucket more than fits; copies that the frame before drew stay
+    // evicts one bucket more than fits within; but copies that the frame before drew stay
     counters.evicted_from =
         missing != 0 && args.now.again == 0 ? max(kCoarseAges - min(within + 1, kCoarseAges), 2u) : 0u;
 }
 
-// note: separate from listing, which marks the copies that are drawn
+// Evicts copies that were not drawn lately. note: a step before listing, which marks the copies that are drawn
 __device__ __forceinline__ void evict(const CoarseScheduleArgs& args)
 {
     const CoarseTables& tables = args.tables;
@@ -203,7 +206,7 @@ __device__ __forceinline__ void listAll(const CoarseScheduleArgs& args)
             is_drawn = !is_wanted && looked.draws;
             if (!is_wanted && !is_drawn) {
                 ++near;
-                // far beyond its bound: it must be made anew in any case
+                // the copy is far beyond its bound and must be made anew in any case
                 if (kept.count != 0 && looked.change > kStaleMost && args.now.again == 0) {
                     givePages(tables, looked.group, pagesOf(kept));
                     tables.groups[looked.group] = CoarseGroup{};
@@ -258,7 +261,7 @@ __global__ void __launch_bounds__(kThreads) listKernel(const __grid_constant__ C
     listAll(args);
 }
 
-// All four steps, for few groups. One block of 1024 threads.
+// Does all four steps, for few groups. One block of 1024 threads.
 __global__ void __launch_bounds__(1024) decideKernel(const __grid_constant__ CoarseScheduleArgs args)
 {
     lookAtAll(args);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shapes and offsets of an anchor's Gaussians as the device holds them, of either layout (DeviceModel). Kernels that decode are compiled for each:
-// to ask as they load took 12 % more of their time.
+// Sizes and offsets of an anchor's Gaussians as the device holds them, in both layouts (DeviceModel). Kernels that
+// decode are compiled for each layout: to choose at each load took 12 % more of their time.
 #pragma once
 
 #include "kernels/frame/device_model.h"
@@ -9,10 +9,10 @@
 
 namespace gsc {
 
-// Size and place of Gaussians that an anchor makes, before its networks.
+// Sizes of an anchor's Gaussians and scale of their offsets, before the networks change them.
 struct AnchorShape {
     float step[3];   // world units per step of an offset
-    float extent[3]; // extent of its Gaussians along the axes
+    float extent[3]; // base size of the anchor's Gaussians along their axes, world units
 };
 
 template <bool kCompact>
@@ -35,22 +35,22 @@ __device__ __forceinline__ AnchorShape anchorShape(const DeviceModel& model, siz
     return model.compact_shape == nullptr ? anchorShape<false>(model, anchor) : anchorShape<true>(model, anchor);
 }
 
-// Most steps of an offset along an axis.
+// Largest number of steps that an offset can have along an axis.
 __device__ __forceinline__ float mostSteps(const DeviceModel& model)
 {
     return model.compact_shape == nullptr ? float(kOffsetSteps) : float(kCompactOffsetSteps);
 }
 
-// How far from an anchor its Gaussians lie at most.
+// Largest distance of an anchor's Gaussians from the anchor, world units.
 __device__ __forceinline__ float anchorReach(const DeviceModel& model, const AnchorShape& shape)
 {
     return mostSteps(model) * norm3df(shape.step[0], shape.step[1], shape.step[2]);
 }
 
-// Steps of Gaussian k from its anchor.
+// Offset of Gaussian k from its anchor, in steps.
 struct OffsetSteps {
     float along[3];
-    bool masked; // never drawn
+    bool masked; // true: the slot is never drawn
     bool finite;
 };
 

@@ -9,7 +9,7 @@ namespace gsc {
 
 void throwCuda(cudaError_t code, const char* call)
 {
-    (void)cudaGetLastError(); // an error that is not sticky must not show up at the next launch
+    (void)cudaGetLastError(); // clears an error that is not sticky, so that the next launch does not report it
     ErrorCode kind = ErrorCode::Device;
     if (code == cudaErrorMemoryAllocation)
         kind = ErrorCode::OutOfMemory;

@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Error handling of CUDA calls. Destructors do not check: there is nothing left to act on.
+// Turns errors of CUDA calls into Error. Destructors do not check: they could do nothing about an error.
 #pragma once
 
 #include <cuda_runtime_api.h>
 
 namespace gsc {
 
-// Device codes that say "this build", not "this machine": the caller may choose another backend.
+// Returns true for codes that mean "not with this build" rather than "not on this machine": the caller may choose
+// another backend.
 inline bool isUnsupportedDevice(cudaError_t code)
 {
     return code == cudaErrorNoKernelImageForDevice || code == cudaErrorUnsupportedPtxVersion ||
            code == cudaErrorInvalidDeviceFunction;
 }
 
-// Error(OutOfMemory, Unsupported or Device). Elsewhere, so that kernels, compiled once per architecture, need no strings.
+// Throws Error(OutOfMemory, Unsupported or Device). Not inline: kernels, compiled once per architecture, need no
+// strings.
 [[noreturn]] void throwCuda(cudaError_t code, const char* call);
 
 } // namespace gsc

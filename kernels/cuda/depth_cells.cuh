@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a splat's place to the cells it falls into.
+// Finds the cells (bins cut in depth) that a splat falls into.
 #pragma once
 
 #include "kernels/cuda/warp_list.cuh"
@@ -10,27 +10,27 @@
 
 namespace gsc {
 
-// 1024 buckets per octave from 2^-4 to 2^28; depths outside share the first and the last.
+// Bucket of a depth: 1024 per octave from 2^-4 to 2^28; smaller depths are in the first bucket, larger in the last.
 __device__ __forceinline__ uint32_t depthBucket(uint32_t depth_bits)
 {
     const int bucket = int(depth_bits >> 13) - ((127 - 4) << 10);
     return uint32_t(min(max(bucket, 0), int(kDepthBuckets) - 1));
 }
 
-// Bins of a SplatPlace::box. Precondition: not kNoBins.
+// Number of bins in a SplatPlace::box. Precondition: `box` is not kNoBins.
 __device__ __forceinline__ uint32_t binCount(uint32_t box)
 {
     return ((box >> 16 & 255u) - (box & 255u) + 1) * ((box >> 24) - (box >> 8 & 255u) + 1);
 }
 
-// Pass that draws view depth z; depths behind the eye or not a number: the first.
+// Pass that draws view depth z; the first one for depths behind the eye and for NaN.
 __device__ __forceinline__ uint32_t passOf(const DepthPass& pass, const BinGrid& grid, float z)
 {
     return pass.slab_of[depthBucket(__float_as_uint(fmaxf(z, 0.0f)))] >> grid.slab_bits;
 }
 
-// True if an anchor at `p` can have Gaussians in this pass. reach: their largest distance from it. Widened by more than
-// rounding moves a point of that size on its way to view z.
+// Returns true if an anchor at `p` can have Gaussians in this pass. reach: largest distance of its Gaussians; it is
+// widened by more than rounding can change view z of a point there.
 __device__ __forceinline__ bool mayBeIn(const DepthPass& pass, const BinGrid& grid, const EyeParams& eye,
                                         const Vec3<float>& p, float reach)
 {
@@ -43,11 +43,11 @@ __device__ __forceinline__ bool mayBeIn(const DepthPass& pass, const BinGrid& gr
     return passOf(pass, grid, z - r) <= pass.index && passOf(pass, grid, z + r) >= pass.index;
 }
 
-// Calls take(cell) and then put(what take gave, depth_bits, slot) for every cell of one eye that the splats of a warp fall
-// into. All lanes of the warp call it together; a lane without a splat passes a place of kNoBins. Splats of few bins are
-// their lane's own work, and all are taken before the first is put, so that their atomics are under way together. The cells
-// of the others are dealt to all lanes of the warp, one after the other, so that none of them holds the rest up; of those
-// take_other(cell) is called, and kOthers of a lane are taken at once.
+// Calls take(cell) and then put(what take gave, depth_bits, slot) for every cell of one eye that the splats of a warp
+// fall into. All lanes of the warp call it together; a lane without a splat passes a place of kNoBins. A splat of few
+// bins is done by its lane, which calls take() for all before put() for the first, so that their atomics are under way
+// together. The cells of larger splats are shared out to all lanes of the warp, one splat after the other, so that no
+// lane delays the rest; for these take_other(cell) is called, for kOthers cells of a lane at once.
 template <uint32_t kOthers, typename Take, typename TakeOther, typename Put>
 __device__ __forceinline__ void forCellsOfWarp(const BinGrid& grid, const uint16_t* slab_of, const SplatPlace& place,
                                                uint32_t slot, Take take, TakeOther take_other, Put put)
@@ -74,7 +74,7 @@ __device__ __forceinline__ void forCellsOfWarp(const BinGrid& grid, const uint16
             put(taken[i], place.depth_bits, slot);
     if (!__any_sync(~0u, count > kFew))
         return;
-    const uint32_t many = count - few, end = sumUpTo(many); // sums of this lane's counts among the cells of all
+    const uint32_t many = count - few, end = sumUpTo(many); // sum of the lanes' counts up to this lane
     const uint32_t all = __shfl_sync(~0u, end, 31), begin = end - many;
     for (uint32_t first = 0; first < all; first += 32 * kOthers) {
         decltype(take(0u)) others[kOthers] = {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Launching of kernels, in plain C++ so that the same source also builds for the emulation that tests run on.
+// Launches kernels, in plain C++ so that the same source can be built for the emulation that tests run on.
 #pragma once
 
 #include "kernels/cuda/cuda_check.h"
@@ -11,13 +11,15 @@
 
 namespace gsc {
 
-// Asynchronous. Throws Error (Device, Unsupported) if the launch itself fails. beside: starts as soon as the kernel before
-// it says launchDependents() and leaves it room, and must say waitForEarlier() before it ends or reads what that writes.
+// Launches a kernel, asynchronously. Throws Error (Device, Unsupported) if the launch itself fails. beside: the kernel
+// starts as soon as the kernel before it calls launchDependents() and leaves it room; it must call waitForEarlier()
+// before it reads what that kernel writes, and before it ends.
 template <typename... Parameters, typename... Arguments>
 void launchCudaAs(bool beside, void (*kernel)(Parameters...), dim3 blocks, uint32_t threads, size_t shared_bytes,
                   cudaStream_t stream, const Arguments&... arguments)
 {
-    if (shared_bytes > 48 * 1024) // more than a kernel has unasked; captured frames ask once
+    // more shared memory than a kernel has without asking; in a captured graph it asks once
+    if (shared_bytes > 48 * 1024)
         GSC_CUDA_CHECK(cudaFuncSetAttribute(reinterpret_cast<const void*>(kernel),
                                             cudaFuncAttributeMaxDynamicSharedMemorySize, int(shared_bytes)));
     cudaLaunchAttribute attribute{};
@@ -33,7 +35,7 @@ void launchCudaAs(bool beside, void (*kernel)(Parameters...), dim3 blocks, uint3
     GSC_CUDA_CHECK(cudaLaunchKernelEx(&config, kernel, arguments...));
 }
 
-// Brings a kernel to the device, which else happens at its first launch and takes a tenth of a millisecond or more.
+// Brings a kernel to the device now. Otherwise its first launch does so, which takes a tenth of a millisecond or more.
 template <typename... Parameters>
 void loadKernel(void (*kernel)(Parameters...))
 {
@@ -41,7 +43,7 @@ void loadKernel(void (*kernel)(Parameters...))
     GSC_CUDA_CHECK(cudaFuncGetAttributes(&attributes, reinterpret_cast<const void*>(kernel)));
 }
 
-// Launches a kernel as launchCudaAs() does, to start after all that was launched before it.
+// Launches a kernel as launchCudaAs() does, but it starts after all that was launched before it has ended.
 template <typename... Parameters, typename... Arguments>
 void launchCuda(void (*kernel)(Parameters...), dim3 blocks, uint32_t threads, size_t shared_bytes, cudaStream_t stream,
                 const Arguments&... arguments)

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Code that only nvcc compiles: instructions that CUDA C++ has no name for, and dynamic shared memory. Where CUDA is emulated,
-// a header of the same path comes before this one (tests/cuda_emulation/include).
+// Instructions that CUDA C++ has no name for, and dynamic shared memory: code that only nvcc compiles. Where CUDA is
+// emulated, a header of equal path takes its place (tests/cuda_emulation/include).
 #pragma once
 
 #include <cstdint>
 
-// A kernel's dynamic shared memory. A function that returns it costs the sort 8 instructions.
+// Declares the dynamic shared memory of a kernel. It is a macro because a function that returns the memory costs the
+// sort 8 instructions.
 #define GSC_DYNAMIC_SHARED(name) extern __shared__ __align__(16) unsigned char name[]
 
 namespace gsc {
 
-// d += a b: 16 x 16 halves times 16 x 8, accumulated in fp32, over the fragments of a warp (mma.m16n8k16).
+// Computes d += a b with a of 16 x 16 halves, b of 16 x 8 halves and sums in fp32; the matrices are spread over the
+// lanes of a warp as fragments (mma.m16n8k16).
 __device__ __forceinline__ void mmaM16N8K16(float* d, const uint32_t* a, uint2 b)
 {
     asm volatile("mma.sync.aligned.m16n8k16.row.col.f32.f16.f16.f32 {%0,%1,%2,%3}, {%4,%5,%6,%7}, {%8,%9}, "
@@ -19,8 +21,8 @@ __device__ __forceinline__ void mmaM16N8K16(float* d, const uint32_t* a, uint2 b
                  : "r"(a[0]), "r"(a[1]), "r"(a[2]), "r"(a[3]), "r"(b.x), "r"(b.y));
 }
 
-// max(v, 0) of both as halves, `low` in the low bits. Saturates, because an infinity would make every product it meets
-// infinite or NaN; NaN stays.
+// max(v, 0) of two values, as half floats; that of `low` is in the low bits. Values beyond a half become the largest
+// one, since an infinity would make products infinite or NaN; NaN stays NaN.
 __device__ __forceinline__ uint32_t halvesRelu(float low, float high)
 {
     uint32_t packed;
@@ -28,7 +30,7 @@ __device__ __forceinline__ uint32_t halvesRelu(float low, float high)
     return packed;
 }
 
-// 2^v to 2 ulp; subnormal results are zero.
+// 2^v with an error of up to 2 ulp; results that would be subnormal are zero.
 __device__ __forceinline__ float exp2Approx(float v)
 {
     float e;
@@ -36,7 +38,7 @@ __device__ __forceinline__ float exp2Approx(float v)
     return e;
 }
 
-// To 1 ulp or so; of subnormal numbers zero.
+// Square root with an error of about 1 ulp; zero for subnormal numbers.
 __device__ __forceinline__ float sqrtApprox(float v)
 {
     float root;
@@ -44,7 +46,7 @@ __device__ __forceinline__ float sqrtApprox(float v)
     return root;
 }
 
-// sum += weight * color, of three, where light >= least. Predicates: a branch or selects in their place take longer.
+// Adds weight * color, three values, to `sum` if light >= least. Uses predicates: a branch or selects take longer.
 __device__ __forceinline__ void addColorWhere(float light, float least, float weight, const float* color, float* sum)
 {
     asm("{\n\t.reg .pred p;\n\tsetp.ge.ftz.f32 p, %3, %4;\n\t@p fma.rn.ftz.f32 %0, %5, %6, %0;\n\t"
@@ -53,13 +55,13 @@ __device__ __forceinline__ void addColorWhere(float light, float least, float we
         : "f"(light), "f"(least), "f"(weight), "f"(color[0]), "f"(color[1]), "f"(color[2]));
 }
 
-// Waits for `threads` threads of the block at barrier `id`; shared memory written before is seen after.
+// Waits until `threads` threads of the block are at barrier `id`; what they wrote to shared memory is then visible.
 __device__ __forceinline__ void barrierSync(uint32_t id, uint32_t threads)
 {
     asm volatile("bar.sync %0, %1;" : : "r"(id), "r"(threads) : "memory");
 }
 
-// Waits as barrierSync() does; true if `value` is true in any of the threads.
+// Waits as barrierSync() does; returns true if `value` is true in any of the threads.
 __device__ __forceinline__ bool barrierAny(uint32_t id, uint32_t threads, bool value)
 {
     uint32_t result;
@@ -71,19 +73,20 @@ __device__ __forceinline__ bool barrierAny(uint32_t id, uint32_t threads, bool v
     return result != 0;
 }
 
-// Asks for the bytes at `address` in global memory, so that the second cache has them when they are read.
+// Prefetches the bytes at `address` in global memory into the second-level cache.
 __device__ __forceinline__ void prefetchGlobal(const void* address)
 {
     asm volatile("prefetch.global.L2 [%0];" : : "l"(address));
 }
 
-// Keeps the compiler from computing a value anew where it is used, which it does to save a register.
+// Keeps the compiler from computing `value` again where it is used, which it would do to save a register.
 __device__ __forceinline__ void keepComputed(uint32_t& value)
 {
     asm volatile("" : "+r"(value));
 }
 
-// Lets the kernel launched beside this one start (launchCudaAs()), once all blocks have said so or ended.
+// Lets the kernel that was launched beside this one (launchCudaAs()) start as soon as all blocks of this kernel have
+// called launchDependents() or ended.
 __device__ __forceinline__ void launchDependents()
 {
 #if __CUDA_ARCH__ >= 900
@@ -91,7 +94,7 @@ __device__ __forceinline__ void launchDependents()
 #endif
 }
 
-// Waits until the kernel that this one was launched beside has ended; its writes are visible afterwards.
+// Waits until the kernel beside which this one was launched has ended; all that it wrote is then visible.
 __device__ __forceinline__ void waitForEarlier()
 {
 #if __CUDA_ARCH__ >= 900
@@ -99,7 +102,7 @@ __device__ __forceinline__ void waitForEarlier()
 #endif
 }
 
-// Reads now: the compiler delays a plain read until it is known whether the value is needed.
+// Reads a value at this place of the program: the compiler delays a plain read until it knows that the value is needed.
 __device__ __forceinline__ uint32_t loadNow(const uint32_t* at)
 {
     uint32_t value;
@@ -107,7 +110,7 @@ __device__ __forceinline__ uint32_t loadNow(const uint32_t* at)
     return value;
 }
 
-// Reads a counter of another block; that block's writes before the count are visible afterwards.
+// Reads a counter that another block adds to; what that block wrote before it counted is then visible.
 __device__ __forceinline__ uint32_t loadAcquire(const uint32_t* at)
 {
     uint32_t value;
@@ -115,7 +118,7 @@ __device__ __forceinline__ uint32_t loadAcquire(const uint32_t* at)
     return value;
 }
 
-// Time in nanoseconds, by a clock that all multiprocessors have in common; on an H200 in steps of 32.
+// Time in nanoseconds by a clock common to all multiprocessors; on an H200 it advances in steps of 32.
 __device__ __forceinline__ unsigned long long deviceNanoseconds()
 {
     unsigned long long now;

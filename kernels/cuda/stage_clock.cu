@@ -9,11 +9,12 @@ namespace gsc {
 namespace {
 
 struct ClockArgs {
-    unsigned long long* stage_ns; // FrameCounters
+    unsigned long long* stage_ns; // FrameCounters::stage_ns: a time for each stage
     Stage ended, begun;
 };
 
-// Sums modulo 2^64: a stage that has ended as often as it has begun holds how long it took.
+// Adds the time to the stage that begins as a negative number and to the stage that ends as a positive one, modulo
+// 2^64: a stage that has ended as often as it has begun then holds how long it took.
 __global__ void clockKernel(const __grid_constant__ ClockArgs args)
 {
     const unsigned long long now = deviceNanoseconds();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// When the stages of a frame begin and end, by the device's own clock: a kernel of one thread between two stages. An
-// event in a captured graph does the same for seven times as much of the device's time and 1.5 us of the host's.
+// Measures how long the stages of a frame take, with the device's own clock: a kernel of one thread runs between two
+// stages. An event in a captured graph does this too, but takes seven times as much of the device's time and 1.5 us of
+// the host's.
 #pragma once
 
 #include "kernels/frame/device_model.h"
@@ -9,10 +10,9 @@ struct CUstream_st;
 
 namespace gsc {
 
-// Clock of the stages of a frame, whose counters get the times. Asynchronous, as the kernels that the calls stand
-// between.
-void startClockCuda(FrameCounters* counters, CUstream_st* stream); // Stage::Select begins
-// After the last stage Stage::None begins.
+// Starts the clock, which writes its times to the counters of the frame. Asynchronous, like the kernels of the stages.
+void startClockCuda(FrameCounters* counters, CUstream_st* stream); // begins Stage::Select
+// Ends one stage and begins another; after the last stage `begun` is Stage::None.
 void nextStageCuda(FrameCounters* counters, Stage ended, Stage begun, CUstream_st* stream);
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists that warps append to and counters that they add to.
+// Lists that warps append to, and counters that they add to.
 #pragma once
 
 #include <cuda_runtime.h>
@@ -8,7 +8,8 @@
 
 namespace gsc {
 
-// Index in a list at which a lane appends, if it does. All lanes of the warp call it together.
+// Index in a list at which this lane appends its entry if `appends`; adds the number of such lanes to `count`. All
+// lanes of the warp call it together.
 __device__ __forceinline__ uint32_t appendPlace(bool appends, uint32_t lane, uint32_t* count)
 {
     const uint32_t some = __ballot_sync(~0u, appends);
@@ -18,7 +19,7 @@ __device__ __forceinline__ uint32_t appendPlace(bool appends, uint32_t lane, uin
     return __shfl_sync(~0u, base, 0) + __popc(some & ((1u << lane) - 1u));
 }
 
-// Adds the values of the lanes to a counter. All lanes of the warp call it together.
+// Adds the values of all lanes to `counter` with one atomic. All lanes of the warp call it together.
 __device__ __forceinline__ void addOfWarp(uint32_t* counter, uint32_t value, uint32_t lane)
 {
     const uint32_t sum = __reduce_add_sync(~0u, value);
@@ -26,7 +27,7 @@ __device__ __forceinline__ void addOfWarp(uint32_t* counter, uint32_t value, uin
         atomicAdd(counter, sum);
 }
 
-// Sum of `value` over the lanes up to and with this one. All lanes of the warp call it together.
+// Sum of `value` over the lanes from the first up to this one. All lanes of the warp call it together.
 __device__ __forceinline__ uint32_t sumUpTo(uint32_t value)
 {
 #pragma unroll
@@ -37,8 +38,8 @@ __device__ __forceinline__ uint32_t sumUpTo(uint32_t value)
     return value;
 }
 
-// First lane whose sum is more than i: the owner of item i of all lanes' items together. sum: sumUpTo(). All lanes of
-// the warp call it together.
+// Owner of item i, if the items of all lanes are numbered in a row: the first lane whose `sum` is more than i. sum:
+// sumUpTo() of the lane's number of items. All lanes of the warp call it together.
 __device__ __forceinline__ int ownerOf(uint32_t i, uint32_t sum)
 {
     int owner = 0;
@@ -49,11 +50,12 @@ __device__ __forceinline__ int ownerOf(uint32_t i, uint32_t sum)
     return owner;
 }
 
-// Result of one atomic that counted for all lanes of a warp that count in the same place, the peers.
+// Result of one atomic addition that counted for all lanes of a warp that add to the same counter (peers).
 struct SharedAtomic {
     uint32_t first, peers;
 
-    // Count before this lane's own, as an atomic for it alone would give. The peers call it together.
+    // Value of the counter before this lane's addition, as an atomic of its own would return. The peers call it
+    // together.
     __device__ __forceinline__ uint32_t mine() const
     {
         const int leader = __ffs(int(peers)) - 1;
@@ -61,7 +63,7 @@ struct SharedAtomic {
     }
 };
 
-// counters[kind]++ of every active lane, one atomic per value of `kind` in the warp.
+// Does counters[kind]++ for every active lane, with one atomic for each value of `kind` in the warp.
 __device__ __forceinline__ SharedAtomic shareAtomic(uint32_t* counters, uint32_t kind)
 {
     const uint32_t peers = __match_any_sync(__activemask(), kind);

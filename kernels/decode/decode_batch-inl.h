@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A vector of anchors on its way through the networks: the common start of both ways of decoding. Included once per
-// target.
+// Takes a vector of anchors through the first layers of the networks, which plain decoding and reuse have in common.
+// Included once for each SIMD target.
 
 #if defined(GSC_KERNELS_DECODE_BATCH_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef GSC_KERNELS_DECODE_BATCH_INL_H
@@ -21,19 +21,19 @@ HWY_BEFORE_NAMESPACE();
 namespace gsc {
 namespace HWY_NAMESPACE {
 
-// Scratch of one vector of anchors, in DecodeScratch::values; every row holds kMaxLanes floats.
+// Scratch for one vector of anchors, in DecodeScratch::values; every row holds kMaxLanes floats.
 struct Batch {
-    float* feature;  // F rows
-    float* view;     // 5 rows, directly after the features: direction, distance, level
-    float* banked;   // F rows and 5 more, when there is a feature bank
-    float* shared;   // 3 hidden_pad rows: first layer of the features alone, shared by the eyes
-    float* hidden;   // 3 hidden_pad rows
-    float* opacity;  // out_pad rows
-    float* offset;   // 3 K rows
-    float* position; // 3 rows
-    float* scale;    // 6 rows: exp() of the stored logs
-    float* level;    // 1 row
-    uint32_t count;  // anchors in use
+    float* feature;  // F rows: features of the anchors
+    float* view;     // 5 rows right behind the features: direction (3), distance, level
+    float* banked;   // F rows for the features behind the feature bank, and 5 for the view; only with a bank
+    float* shared;   // 3 hidden_pad rows: first layer of the features alone, which all eyes share
+    float* hidden;   // 3 hidden_pad rows: hidden units of the three heads
+    float* opacity;  // out_pad rows: opacities of the slots
+    float* offset;   // 3 K rows: offsets of the slots
+    float* position; // 3 rows: positions of the anchors
+    float* scale;    // 6 rows: exp() of the stored logarithms
+    float* level;    // 1 row: levels of the anchors
+    uint32_t count;  // number of anchors in the vector
 };
 
 HWY_INLINE Batch carve(const ModelParams& params, const PackedMlpHeader& packed, float* values)
@@ -57,11 +57,12 @@ HWY_INLINE Batch carve(const ModelParams& params, const PackedMlpHeader& packed,
     return batch;
 }
 
-// rows[j][lane] = source[lane][j] for `width` values of `count` anchors. Lanes without an anchor repeat the last.
+// Transposes `width` values of `count` anchors: rows[j][lane] = source[lane][j]. Lanes without an anchor repeat the
+// last.
 HWY_INLINE void transpose(const float* const* source, uint32_t width, float* rows)
 {
     const uint32_t lanes = uint32_t(hn::Lanes(D()));
-    uint32_t first = 0; // column that is left to the scalar loop
+    uint32_t first = 0; // first column that is left to the scalar loop
 #if HWY_TARGET != HWY_SCALAR
     const hn::FixedTag<float, 4> d4;
     first = width / 4 * 4;
@@ -85,7 +86,7 @@ HWY_INLINE void transpose(const float* const* source, uint32_t width, float* row
             rows[size_t(j) * kMaxLanes + lane] = source[lane][j];
 }
 
-// Prefetches the data that gather() will read of the next anchors; they lie in memory order, but with gaps.
+// Prefetches what gather() will read of the next anchors, which lie in memory order but with gaps.
 HWY_INLINE void prefetch(const ModelView& model, const VisibleAnchor* visible, uint32_t count)
 {
     constexpr size_t kLine = 64;
@@ -130,7 +131,7 @@ HWY_INLINE void gather(const ModelView& model, const VisibleAnchor* visible, Bat
         hn::Store(expAny(d, hn::Load(d, batch.scale + i * kMaxLanes)), d, batch.scale + i * kMaxLanes);
 }
 
-// Direction, distance and level rows of an eye (format facts 4.1).
+// Computes the rows of direction, distance and level for an eye (format facts 4.1).
 HWY_INLINE void viewRows(const Batch& batch, const float* center, float* view)
 {
     const D d;
@@ -144,7 +145,8 @@ HWY_INLINE void viewRows(const Batch& batch, const float* center, float* view)
     hn::Store(hn::Load(d, batch.level), d, view + 4 * kMaxLanes);
 }
 
-// Features through the feature bank into batch.banked, from the canonical weights: 128 multiply-adds and a softmax.
+// Passes features through the feature bank into batch.banked, with the weights of MLPW: 128 multiply-adds and a
+// softmax.
 HWY_INLINE void applyBank(const DecodeArgs& args, const Batch& batch)
 {
     const D d;
@@ -186,8 +188,9 @@ HWY_INLINE void applyBank(const DecodeArgs& args, const Batch& batch)
     std::copy_n(batch.view, kViewRows * kMaxLanes, batch.banked + size_t(F) * kMaxLanes);
 }
 
-// First layers of all heads and the opacity head's outputs, for an eye at `center`: into batch.hidden and batch.opacity.
-// With more than one eye the features' share lies in batch.shared (sharedLayer()).
+// Computes the first layers of all heads, and the outputs of the opacity head, for an eye at `center`; writes
+// batch.hidden and batch.opacity. With more than one eye, the part of the features is read from batch.shared
+// (sharedLayer()).
 HWY_INLINE void hiddenLayers(const DecodeArgs& args, const PackedMlpHeader& packed, const float* center,
                              const Batch& batch)
 {
@@ -210,7 +213,7 @@ HWY_INLINE void hiddenLayers(const DecodeArgs& args, const PackedMlpHeader& pack
           packedWeights(model, packed.second_bias_f32[0]), nullptr, K, false, batch.opacity);
 }
 
-// Computes the part of the first layer that is the same for all eyes.
+// Computes the part of the first layer that is equal for all eyes.
 HWY_INLINE void sharedLayer(const DecodeArgs& args, const PackedMlpHeader& packed, const Batch& batch)
 {
     const uint32_t H = packed.hidden_pad;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gaussians of one anchor seen by one eye (format facts 4), scalar.
+// Decodes the Gaussians of one anchor as one eye sees it (format facts 4), scalar.
 #pragma once
 
 #include "kernels/math/anchor.h"
@@ -8,7 +8,8 @@
 
 namespace gsc {
 
-// Values of scratch decodeAnchor() needs: feature, banked feature, input, hidden, outputs of the three heads.
+// Number of scratch values that decodeAnchor() needs: features, features behind the bank, input, hidden units, outputs
+// of the three heads.
 GSC_HD size_t decodeScratch(const ModelParams& params)
 {
     return size_t(4) * params.feat_dim + 5 + params.appearance_dim + size_t(11) * params.n_offsets;
@@ -22,19 +23,21 @@ GSC_HD ViewInput<Real> viewInput(const ModelView& model, const Real* center, con
     const Real v[3] = {p.x - center[0], p.y - center[1], p.z - center[2]};
     view.distance = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
     for (int i = 0; i < 3; ++i)
-        view.direction[i] = v[i] / view.distance; // note: NaN on the anchor itself, which drops it (trap 17)
+        // note: NaN if the eye is at the anchor itself, whose Gaussians are then dropped (format facts, trap 17)
+        view.direction[i] = v[i] / view.distance;
     view.level = Real(anchorLevel(model, chunk));
     if (model.embedding != nullptr && appearance >= 0)
         view.appearance = model.embedding + size_t(appearance) * model.params->appearance_dim;
     return view;
 }
 
-// The networks of one anchor as `view` has it. `scratch`: decodeScratch() values, which must outlive this.
+// Networks of one anchor, for the eye that `view` describes. `scratch`: decodeScratch() values, which must live longer
+// than this object.
 template <typename Real>
 struct AnchorNetworks {
     const ModelView& model;
     const ViewInput<Real>& view;
-    const float* log_scale; // log scales of the anchor
+    const float* log_scale; // logarithms of the anchor's 6 scales
     Real *feature, *input, *hidden, *opacity, *covariance, *color;
 
     GSC_HD AnchorNetworks(const ModelView& m, const ViewInput<Real>& v, uint32_t chunk, uint32_t local, Real* scratch)
@@ -68,7 +71,7 @@ struct AnchorNetworks {
         evaluateMlp(model, mlp, input, hidden, out);
     }
 
-    // Scale, colour and rotation of offset k, once both networks have been evaluated.
+    // Sets scale, colour and rotation of Gaussian k; both networks must have been evaluated.
     GSC_HD void setShape(uint32_t k, GaussianOf<Real>& g) const
     {
         for (int i = 0; i < 3; ++i) {
@@ -81,8 +84,8 @@ struct AnchorNetworks {
     }
 };
 
-// Calls emit(GaussianOf<Real>) for every offset with opacity >= kOpacityFloor, k ascending. Returns whether any
-// opacity was positive, which decides between black and background when nothing is left (trap 25).
+// Calls emit(GaussianOf<Real>) for every slot whose opacity is kOpacityFloor or more, k ascending. Returns true if any
+// opacity was positive; that decides between black and the background when no Gaussian is left (format facts, trap 25).
 template <typename Real, typename Emit>
 GSC_HD bool decodeAnchor(const ModelView& model, const Real* center, uint32_t chunk, uint32_t local, Real fraction,
                          int32_t appearance, Real* scratch, Emit&& emit)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lanes are anchors: every weight is broadcast once per vector of anchors and multiplies all of them, so nothing is
-// summed across lanes and the networks need no padding of the batch.
+// Decodes on a CPU with one anchor in each lane: a weight is broadcast once per vector of anchors and multiplied with
+// all of them, so no sums across lanes are needed, and the networks need no padded batch.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/decode/decode_cpu.cpp"
 #include <hwy/foreach_target.h>
@@ -17,7 +17,7 @@ namespace HWY_NAMESPACE {
 
 using M = hn::Mask<D>;
 
-// Appends the Gaussians of offset k in the lanes of `alive` (format facts 4.4).
+// Appends Gaussian k of each anchor whose lane is set in `alive` (format facts 4.4).
 HWY_INLINE void emitOffset(const DecodeArgs& args, const PackedMlpHeader& packed, const Batch& batch, uint32_t k,
                            V opacity, M alive, hn::Vec<hn::RebindToSigned<D>> origin, GaussianBlock& block)
 {
@@ -31,7 +31,7 @@ HWY_INLINE void emitOffset(const DecodeArgs& args, const PackedMlpHeader& packed
     for (int i = 0; i < 3; ++i) {
         const V offset = hn::Load(d, batch.offset + (size_t(3) * k + size_t(i)) * kMaxLanes);
         const V extent = hn::Load(d, batch.scale + i * kMaxLanes);
-        // note: two roundings; upstream multiplies and adds in separate kernels
+        // note: rounds twice, as the trainers' code, which multiplies and adds in separate kernels
         append(hn::Add(hn::Load(d, batch.position + i * kMaxLanes), hn::Mul(offset, extent)), block.position[i]);
         append(hn::Mul(hn::Load(d, batch.scale + (3 + i) * kMaxLanes), sigmoidAny(d, head[i])), block.scale[i]);
         append(sigmoidAny(d, head[kCovariancePerOffset + i]), block.color[i]);
@@ -42,7 +42,7 @@ HWY_INLINE void emitOffset(const DecodeArgs& args, const PackedMlpHeader& packed
     norm = hn::Sqrt(norm);
     const V tiny = hn::Set(d, 1e-12f);
     norm = hn::IfThenElse(hn::Lt(norm, tiny), tiny, norm);
-    // exact division: an approximation fails for numbers down to 1e-12
+    // an exact division, since an approximation fails for numbers as small as 1e-12
     const V inverse = hn::Div(hn::Set(d, 1.0f), norm);
     for (int i = 0; i < 4; ++i)
         append(hn::Mul(head[3 + i], inverse), block.rotation[i]);
@@ -55,7 +55,7 @@ HWY_INLINE void emitOffset(const DecodeArgs& args, const PackedMlpHeader& packed
     block.count += uint32_t(hn::CountTrue(d, alive));
 }
 
-// All Gaussians of a batch for one eye.
+// Decodes all Gaussians of a vector of anchors for one eye.
 void decodeEye(const DecodeArgs& args, const PackedMlpHeader& packed, const VisibleAnchor* visible, uint32_t eye,
                uint32_t first_entry, const Batch& batch, GaussianBlock& block)
 {
@@ -74,10 +74,10 @@ void decodeEye(const DecodeArgs& args, const PackedMlpHeader& packed, const Visi
         return;
     hiddenLayers(args, packed, args.eyes[eye].center, batch);
 
-    const V weight = hn::Load(d, fraction); // zero where the eye does not see the anchor, which leaves it out
+    const V weight = hn::Load(d, fraction); // zero if the eye does not see the anchor, which drops its Gaussians
     const V floor = hn::Set(d, kOpacityFloor);
     const hn::RebindToSigned<D> di;
-    // entry of offset 0 of each anchor
+    // GaussianBlock::origin of slot 0 of each anchor
     const auto origin = hn::Mul(hn::Iota(di, int32_t(first_entry)), hn::Set(di, int32_t(K)));
     const bool masks = (params.flags & kModelMaskedSlots) != 0;
     M positive = hn::Lt(floor, hn::Zero(d));
@@ -87,7 +87,7 @@ void decodeEye(const DecodeArgs& args, const PackedMlpHeader& packed, const Visi
         positive = hn::Or(positive, hn::Gt(opacity, hn::Zero(d)));
         M alive = hn::Ge(opacity, floor);
         if (masks) {
-            const V x = hn::Load(d, batch.offset + size_t(3) * k * kMaxLanes); // NaN of a masked slot
+            const V x = hn::Load(d, batch.offset + size_t(3) * k * kMaxLanes); // NaN if the slot is masked
             alive = hn::And(alive, hn::Eq(x, x));
         }
         if (!hn::AllFalse(d, alive))
@@ -111,7 +111,8 @@ void decodeBlock(const DecodeArgs& args, size_t first, uint32_t count, DecodeScr
         const VisibleAnchor* visible = args.visible + first + entry;
         batch.count = std::min(lanes, count - entry);
         gather(model, visible, batch);
-        // note: may reach into the next block, which this worker likely takes next; never past the list
+        // note: prefetches across the end of the block, since this worker likely takes the next block; but not past the
+        // end of the list
         const size_t next = first + entry + lanes;
         if (next < args.visible_count)
             prefetch(model, args.visible + next, uint32_t(std::min<size_t>(lanes, args.visible_count - next)));
@@ -165,7 +166,8 @@ void reserveDecode(const ModelView& model, DecodeScratch& scratch)
 
 void reserveBlocks(size_t gaussians, size_t own_values, DecodeScratch& scratch)
 {
-    const size_t capacity = gaussians + kMaxLanes; // a compressed store may write a whole vector past the last value
+    // room for a vector more: a compressed store may write a whole vector behind the last value
+    const size_t capacity = gaussians + kMaxLanes;
     constexpr size_t kArrays = 14;
     scratch.values.reserve(own_values + kMaxEyes * kArrays * capacity);
     scratch.origins.reserve(kMaxEyes * capacity);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dense layers over a vector of anchors, from the packed weights. Included once per target.
+// Dense layers of networks for a vector of anchors, with the packed weights. Included once for each SIMD target.
 
 #if defined(GSC_KERNELS_DENSE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef GSC_KERNELS_DENSE_INL_H
@@ -20,11 +20,11 @@ namespace HWY_NAMESPACE {
 constexpr size_t kCovariancePerOffset = 7;
 constexpr size_t kColorPerOffset = 3;
 
-// Outputs whose sums are held in registers at once: 24 of 32 with AVX-512, 12 of 16 before it. Both divide 48, and the
-// fused first layer has a multiple of 48 outputs.
+// Outputs whose sums are held in registers at once: 24 of 32 registers with AVX-512, 12 of 16 without. Both numbers
+// divide 48, and the fused first layer has a multiple of 48 outputs.
 constexpr size_t kColumns = HWY_TARGET <= HWY_AVX3 ? 24 : 12;
 
-// max(v, 0) that keeps NaN, as the trainers' ReLU does (trap 18).
+// max(v, 0) that keeps NaN, as the trainers' ReLU does (format facts, trap 18).
 HWY_INLINE V rectify(D d, V v)
 {
     return maxKeepNan(d, 0, v);
@@ -46,8 +46,8 @@ HWY_INLINE void denseColumns(D d, std::index_sequence<I...>, const float* x, uin
         (hn::Store(sum[I], d, out + I * kMaxLanes), ...);
 }
 
-// out[c] = start[c] + sum over rows of w[row][c] x[row], for `columns` columns, rounded up to a multiple of 4 (the
-// weights are padded to 16). The sums start from a bias per column, or from a vector per column.
+// Computes out[c] = start[c] + sum over rows of w[row][c] x[row] for `columns` columns, rounded up to a multiple of 4
+// (the weights are padded to 16). The sums start from `bias`, a number per column, or from a vector per column.
 HWY_INLINE void dense(D d, const float* x, uint32_t rows, const float* w, size_t stride, const float* bias,
                       const float* start, uint32_t columns, bool relu, float* out)
 {
@@ -70,7 +70,7 @@ HWY_INLINE void dense(D d, const float* x, uint32_t rows, const float* w, size_t
     }
 }
 
-// Second layers of the covariance and colour heads for offset k: 7 and 3 sums.
+// Computes the second layers of the covariance and colour heads for Gaussian k: 7 and 3 sums.
 HWY_INLINE void offsetHeads(D d, const ModelView& model, const PackedMlpHeader& packed, const float* covariance_hidden,
                             const float* color_hidden, uint32_t k, V* out)
 {

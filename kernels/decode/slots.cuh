@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slots, cells and counts of a warp's decoded Gaussians, in either tier.
+// Hands out splat slots to a warp's decoded Gaussians, and counts them and their cells, in both tiers.
 #pragma once
 
 #include "kernels/cuda/depth_cells.cuh"
@@ -8,11 +8,12 @@
 
 namespace gsc {
 
-// Slots of a shared output array, handed out to a warp in large pieces: one atomic per piece instead of one per write.
+// Hands out slots of a shared output array to a warp, in large pieces: one atomic per piece instead of one per write.
 struct SlotWriter {
-    uint32_t next = 0, left = 0; // equal in every lane
+    uint32_t next = 0, left = 0; // next: first free slot of the piece; left: free slots in it; equal in every lane
 
-    // Slot of each lane that wants one, from pieces of `size`, at least 32. All lanes of the warp call it together.
+    // Returns a slot for each lane that wants one. size: slots of a piece, at least 32; cursor: end of the slots handed
+    // out so far. All lanes of the warp call it together.
     __device__ __forceinline__ uint32_t reserve(bool wanted, uint32_t lane, uint32_t size, uint32_t* cursor)
     {
         const uint32_t mask = __ballot_sync(~0u, wanted);
@@ -34,7 +35,7 @@ struct SlotWriter {
         return slot;
     }
 
-    // Marks the slots that were reserved and not written.
+    // Marks the slots that were reserved but not written.
     __device__ __forceinline__ void close(uint32_t lane, SplatPlace* places, uint32_t capacity) const
     {
         for (uint32_t i = lane; i < left; i += 32)
@@ -43,8 +44,8 @@ struct SlotWriter {
     }
 };
 
-// Slots that a warp reserves at once. Few leave smaller gaps, of which every warp has one; many are waited for less often,
-// which is worth the gaps of large frames.
+// Number of slots that a warp reserves at once. Small pieces leave smaller gaps, of which each warp has one; large ones
+// are waited for less often, which is worth their gaps in large frames.
 constexpr uint32_t kSmallPiece = 64, kLargePiece = 256, kLargeFrame = 4u << 20;
 
 __host__ __device__ __forceinline__ uint32_t slotPiece(uint32_t slot_capacity)
@@ -52,14 +53,16 @@ __host__ __device__ __forceinline__ uint32_t slotPiece(uint32_t slot_capacity)
     return slot_capacity < kLargeFrame ? kSmallPiece : kLargePiece;
 }
 
-// Slots and counts of one eye, gathered by a warp. Two of them with fixed names, not an array: an index that the
-// compiler does not know would put them into local memory.
+// Slots and counts of one eye, gathered by a warp. There are two variables and no array of two: an index that the
+// compiler does not know would put an array into local memory.
 struct EyeTally {
     SlotWriter writer;
-    uint32_t alive = 0, written = 0, pairs = 0; // per lane
+    uint32_t alive = 0, written = 0,
+             pairs = 0; // counts of this lane: Gaussians alive, splats written, (bin, splat) pairs
 };
 
-// Hands a warp's counts in and marks the slots it did not use. kShared: the first eye's writer is that of both.
+// Adds a warp's counts to those of the frame, and marks the slots that the warp did not use. kShared: the writer of the
+// first eye is that of both.
 template <bool kShared>
 __device__ __forceinline__ void finish(const DecodeFrame& args, uint32_t e, const EyeTally& tally, uint32_t positive,
                                        uint32_t lane)
@@ -82,8 +85,8 @@ __device__ __forceinline__ void finish(const DecodeFrame& args, uint32_t e, cons
         atomicOr(&args.counters->any_positive[e], 1u);
 }
 
-// Counts a splat in the cells of its list, and returns how many they are. All lanes of the warp call it together, with
-// kNoBins for nothing.
+// Counts a splat in the cells of its list, and returns the number of cells. All lanes of the warp call it together;
+// those without a splat pass kNoBins.
 __device__ __forceinline__ uint32_t countCells(const DecodeFrame& args, uint32_t list, const SplatPlace& place)
 {
     uint32_t* cells = args.cells + size_t(list) * args.grid.cells();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values that change with every frame. They are the base or the first member of a kernel's arguments, so that one loop
-// updates a captured graph (runtime/cuda/frame/frame_graph.h). Plain data.
+// Values that change with every frame. They are the base class or the first member of a kernel's arguments, so that one
+// loop updates a captured graph (runtime/cuda/frame/frame_graph.h). Plain data.
 #pragma once
 
 #include "kernels/math/band.h"
@@ -8,10 +8,10 @@
 
 namespace gsc {
 
-// Constants of an eye, along x and y, that projection uses for each Gaussian.
+// Constants of an eye, for x and y, with which projection computes each Gaussian.
 struct EyeLens {
-    float middle[2];         // pixel that the view axis meets, minus one half
-    float least[2], most[2]; // tangents that upstream clamps to
+    float middle[2];         // pixel where the view axis meets the image, minus one half
+    float least[2], most[2]; // limits between which the trainers' code clamps the tangents of a view direction
 };
 
 inline EyeLens eyeLens(const EyeParams& eye)
@@ -26,14 +26,14 @@ inline EyeLens eyeLens(const EyeParams& eye)
 struct FrameNow {
     EyeParams eyes[kMaxEyes];
     EyeLens lenses[kMaxEyes];
-    EyeParams level_eyes[kMaxEyes]; // eyes at the places that levels are chosen from (LodLag)
-    float look_from[3];             // viewpoint of networks that look once for both eyes (StereoMode::Merged)
-    EyeBand bands[kMaxEyes];        // planes of `columns` for each eye
-    float lod_bias, lod_fade;       // FrameOptions
-    float finest;                   // Foveation::smallest, as a variance
-    float gaze[kMaxEyes][3];        // unit vectors in the view's axes
-    ColumnRange columns;            // FrameOptions
-    uint32_t run_count;             // the first group runs of DeviceModel::runs, whose anchors are on the device
+    EyeParams level_eyes[kMaxEyes]; // eyes at the viewpoints from which levels are chosen (LodLag)
+    float look_from[3]; // viewpoint of the networks if they look once for both eyes (StereoMode::Merged), world units
+    EyeBand bands[kMaxEyes];  // planes for each eye at the ends of `columns`
+    float lod_bias, lod_fade; // FrameOptions::lod_bias and lod_fade, in levels
+    float finest;             // Foveation::smallest as a variance, pixels squared
+    float gaze[kMaxEyes][3];  // unit vectors along the gaze, in the axes of the eye's view
+    ColumnRange columns;      // columns that are drawn, FrameOptions::columns
+    uint32_t run_count; // number of the first elements of DeviceModel::runs whose anchors are already on the device
 };
 
 inline void setNow(FrameNow& args, const FrameNow& now)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layout of a chunk's arrays, and reading one anchor of it.
+// Finds the arrays of a chunk, and reads one anchor from them.
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -7,7 +7,7 @@
 
 namespace gsc {
 
-// The arrays of a chunk whose payload lies at `payload`, in the mapped file or in a device's copy of it.
+// Pointers to the arrays of a chunk whose payload lies at `payload`, in the mapped file or in a device's copy of it.
 inline ChunkArrays chunkArrays(const ModelParams& params, uint32_t anchor_count, const std::byte* payload)
 {
     const ChunkArrayLayout layout = chunkArrayLayout(params, anchor_count);
@@ -58,20 +58,21 @@ GSC_HD float anchorExtraLevel(const ModelView& model, uint32_t chunk, uint32_t l
     return extra != nullptr ? extra[local] : 0.0f;
 }
 
-// The stored quaternion, not normalised.
+// Quaternion of an anchor as stored, w x y z, not normalised.
 GSC_HD const float* anchorRotation(const ModelView& model, uint32_t chunk, uint32_t local)
 {
     const float* rotation = model.arrays[chunk].rotation;
     return rotation != nullptr ? rotation + size_t(4) * local : model.params->constant_rotation;
 }
 
-// True if the slot of this offset is never drawn. `masks`: the model has kModelMaskedSlots.
+// Returns true if the slot with this offset is masked, so never drawn. `masks`: the model has kModelMaskedSlots.
 GSC_HD bool isMaskedSlot(bool masks, const float* offset)
 {
     return masks && offset[0] != offset[0];
 }
 
-// Breaks depth ties: upstream emits Gaussians in the order of its file's anchors, offsets within (trap 28).
+// Number that orders Gaussians of equal depth: the trainers' code emits them in the order of the anchors in its file,
+// and of the slots of an anchor (format facts, trap 28).
 GSC_HD uint64_t emissionOrder(const ModelView& model, uint32_t chunk, uint32_t local, uint32_t k)
 {
     return uint64_t(model.arrays[chunk].source_index[local]) * model.params->n_offsets + k;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One Gaussian on one pixel, front to back (format facts 7.5).
+// Blends one Gaussian into one pixel, from front to back (format facts 7.5).
 #pragma once
 
 #include "kernels/math/eye.h"
@@ -7,7 +7,8 @@
 
 namespace gsc {
 
-// A pixel has the depth of the Gaussian behind which less than this goes on (FrameTarget::depth).
+// Share of the light: the depth of a pixel is that of the Gaussian behind which less than this goes on
+// (FrameTarget::depth).
 constexpr float kHalfLight = 0.5f;
 
 template <typename Real>
@@ -17,7 +18,7 @@ struct PixelState {
     bool done;
 };
 
-// Exponent of the Gaussian at offset (dx, dy) = centre - pixel. Products and sums here and below are fused where the
+// Exponent of the Gaussian at a pixel; (dx, dy) = centre - pixel. Products and sums here and below are fused where the
 // trainers' compiler fuses them (kernels/math/README.md).
 template <typename Real>
 GSC_HD Real gaussianPower(const Real* conic, Real dx, Real dy, bool gsplat = false)
@@ -38,7 +39,7 @@ GSC_HD void blendStep(const RasterConstants& rules, const Real* conic, Real dx, 
         return;
     const Real next = pixel.transmittance * (Real(1) - alpha);
     if (rules.gsplat ? next <= Real(rules.stop) : next < Real(rules.stop)) {
-        pixel.done = true; // the Gaussian that crosses the bound is not drawn
+        pixel.done = true; // the Gaussian that would bring the light below the bound is not drawn
         return;
     }
     const Real weight = pixel.transmittance * alpha;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// EyeParams of the precision a template asks for, and the rules an eye is rendered with.
+// EyeParams in the precision that a template asks for, and the rules by which an eye is rendered.
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -11,16 +11,17 @@ namespace gsc {
 template <typename Real>
 using EyeOf = std::conditional_t<std::is_same_v<Real, double>, EyeParams64, EyeParams>;
 
-constexpr float kOpacityFloor = 1.0f / 255.0f; // a Gaussian or pixel contribution below it is skipped upstream
+// the trainers' code skips a Gaussian, and a contribution to a pixel, with a smaller alpha
+constexpr float kOpacityFloor = 1.0f / 255.0f;
 
-// Constants that differ between the two rasterisers that trainers install (format facts 7.7).
+// Constants that differ between the two rasterisers that the trainers install (format facts 7.7).
 struct RasterConstants {
     bool gsplat;
     float near_z;
     float far_z;
-    float eigen_floor; // least argument of the square root in the extent
+    float eigen_floor; // smallest argument of the square root in the formula for a splat's radius
     float alpha_cap;
-    float stop; // transmittance below which a pixel is finished; gsplat: at which
+    float stop; // a pixel is finished at a transmittance below it; with gsplat also at an equal one
 
     bool operator==(const RasterConstants&) const = default;
 };

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// How fine a picture has to be away from where an eye looks, and which Gaussians stand for those that are finer (tier `fast` on
-// a GPU). The finest that an eye tells apart grows linearly with the angle (Weymouth 1958; Guenter et al. 2012). A Gaussian
-// that is smaller than that is drawn with a chance, its area over that which is wanted, and if it is drawn, as large: on
-// average the same is covered (stochastic simplification, Cook et al. 2007). Chances come from a Gaussian's number in the
-// source, so the same ones stay while the eye moves.
+// Tells how fine a picture must be away from where an eye looks, and which Gaussians are drawn in place of finer ones
+// (tier `fast` on a GPU). The finest that an eye can tell apart grows linearly with the angle (Weymouth 1958; Guenter
+// et al. 2012). A Gaussian smaller than that is drawn with a probability, its area over the wanted area, and if it is
+// drawn, it has the wanted area: on average the same is covered (stochastic simplification, Cook et al. 2007). The
+// random numbers come from the number of a Gaussian in the source, so that the same ones stay while the eye moves.
 #pragma once
 
 #include <gsc/hostdev.h>
@@ -12,19 +12,20 @@
 
 namespace gsc {
 
-constexpr float kFoveaInner = 0.97814760f; // cosine of 12 degrees: everything is drawn
-constexpr float kFoveaOuter = 0.76604444f; // cosine of 40 degrees: from there on as fine as Foveation::smallest
+constexpr float kFoveaInner = 0.97814760f; // cosine of 12 degrees: up to this angle from the gaze everything is drawn
+// cosine of 40 degrees: from this angle on the smallest Gaussian is Foveation::smallest
+constexpr float kFoveaOuter = 0.76604444f;
 
-// Variance in pixels^2 of the finest Gaussian, at an angle from the gaze of that cosine; `outer`: that beyond kFoveaOuter.
-// 1 - cos goes with the angle's square, and so does a variance.
+// Variance in pixels^2 of the smallest Gaussian that is drawn, at an angle from the gaze with this cosine. `outer`: the
+// variance beyond kFoveaOuter. Both 1 - cos and the variance grow with the square of the angle.
 GSC_HD float finestVariance(float cosine, float outer)
 {
     const float ring = (kFoveaInner - cosine) * (1.0f / (kFoveaInner - kFoveaOuter));
     return outer * (ring < 0 ? 0.0f : ring > 1 ? 1.0f : ring);
 }
 
-// Rank of a Gaussian among all, 0 to 1: a Gaussian is drawn if its chance is above its rank. Bits of a good hash
-// (Murmur3's mixer).
+// Rank of a Gaussian among all, 0 to 1, as a random number: it is drawn if its probability is above its rank. The bits
+// come from a good hash (the mixer of Murmur3).
 GSC_HD float foveationRank(uint32_t order)
 {
     uint32_t h = order;

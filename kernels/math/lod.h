@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Level-of-detail mask of Octree-GS (format facts 5.2).
+// Rules of Octree-GS that tell which levels of detail of a model are shown (format facts 5.2).
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -7,14 +7,15 @@
 
 namespace gsc {
 
-// fork^level in the precision upstream has it.
+// fork^level, in the precision of the trainers' code.
 template <typename Real>
 GSC_HD Real forkPower(uint32_t fork, int32_t level)
 {
     return std::pow(Real(fork), Real(level));
 }
 
-// Added to every coordinate before the distance is taken (trap 11): half a cell of the level.
+// Half a cell of the level, which is added to every coordinate of an anchor before its distance is taken (format facts,
+// trap 11); 0 for models without that rule.
 template <typename Real>
 GSC_HD Real lodShift(const ModelParams& params, int32_t level)
 {
@@ -23,7 +24,8 @@ GSC_HD Real lodShift(const ModelParams& params, int32_t level)
     return Real(params.voxel_size) / Real(2) / forkPower<Real>(params.fork, level);
 }
 
-// note: division by log2(fork) is a multiplication by its reciprocal on CUDA; nothing for fork 2
+// Level wanted at the distance of `p` from `center`, before rounding. note: on CUDA, dividing by log2(fork) is a
+// multiplication by its reciprocal; for fork 2 that makes no difference
 template <typename Real>
 GSC_HD Real predictedLevel(const ModelParams& params, const Vec3<Real>& p, Real shift, const Real* center, Real extra,
                            Real bias)
@@ -36,13 +38,13 @@ GSC_HD Real predictedLevel(const ModelParams& params, const Vec3<Real>& p, Real 
     return level + extra + bias;
 }
 
-// An anchor is shown from this far below its own level on.
+// An anchor is shown from a predicted level on that lies this far below its own level.
 GSC_HD float switchOffset(LevelRule rule)
 {
     return rule == LevelRule::Floor ? 0.0f : rule == LevelRule::Round ? 0.5f : 1.0f;
 }
 
-// True if anchors have opacity factors: by the model's own rule, or because a smooth transition is asked for.
+// Returns true if anchors have opacity factors: by the model's own rule, or because lod_fade wants smooth transitions.
 GSC_HD bool levelsFade(const ModelParams& params, float lod_fade)
 {
     const LevelRule rule = LevelRule(params.level_rule);
@@ -52,13 +54,13 @@ GSC_HD bool levelsFade(const ModelParams& params, float lod_fade)
 
 template <typename Real>
 struct LevelChoice {
-    int32_t level; // anchors up to this level are shown
-    Real fraction; // opacity factor of anchors of exactly this level; 1 where levels do not fade
+    int32_t level; // anchors of this level and of coarser ones are shown
+    Real fraction; // opacity factor of the anchors of exactly this level; 1 if levels do not fade
 };
 
-// The smooth transition: where upstream switches a level on at prediction t, opacity rises linearly from 0 at
-// t - fade / 2 to 1 at t + fade / 2. At most one level fades at a time, because fade is at most 1. Level 0 is always
-// whole, as upstream shows it at any distance.
+// Choice of levels with smooth transitions: if the trainers' rule switches a level on at prediction t, its opacity
+// rises linearly from 0 at t - fade / 2 to 1 at t + fade / 2. At most one level fades at a time, because fade is at
+// most 1. Level 0 is always fully shown, as by the trainers' rule.
 template <typename Real>
 GSC_HD LevelChoice<Real> fadeLevel(LevelRule rule, Real predicted, int32_t level_clamp, Real fade)
 {
@@ -71,7 +73,8 @@ GSC_HD LevelChoice<Real> fadeLevel(LevelRule rule, Real predicted, int32_t level
     return {int32_t(whole), fraction < Real(1) ? fraction : Real(1)};
 }
 
-// note: clamped as a float, because CUDA saturates where x86 would turn "finest" into "coarsest" (trap 29)
+// Choice of levels by the rule of the model. note: clamped as a float, because a conversion to integer saturates on
+// CUDA, while on x86 it would turn "finest" into "coarsest" (format facts, trap 29)
 template <typename Real>
 GSC_HD LevelChoice<Real> chooseLevel(LevelRule rule, Real predicted, int32_t level_clamp, Real fade = Real(0))
 {
@@ -91,19 +94,19 @@ GSC_HD LevelChoice<Real> chooseLevel(LevelRule rule, Real predicted, int32_t lev
     else if (rule == LevelRule::Ceil)
         r = std::ceil(predicted);
     else
-        r = std::nearbyint(predicted); // half to even
+        r = std::nearbyint(predicted); // rounds halves to the even number
     r = r < Real(0) ? Real(0) : (r > top ? top : r);
     return {saturatingInt(r), Real(1)};
 }
 
-// True if anchors come and go with distance.
+// Returns true if anchors appear and disappear with distance.
 GSC_HD bool levelsSwitch(const ModelParams& params)
 {
     return (params.flags & kModelHasLevels) != 0 && params.level_rule != uint32_t(LevelRule::None);
 }
 
-// True if an anchor of `level` is shown from `center`. fraction: its opacity factor. shift: lodShift() of its level;
-// extra: its extra level.
+// Returns true if an anchor of `level` is shown from the viewpoint `center`, and sets fraction to its opacity factor.
+// shift: lodShift() of the level; extra: extra_level of the anchor.
 template <typename Real>
 GSC_HD bool levelShows(const ModelParams& params, int32_t level, const Vec3<Real>& p, Real shift, Real extra,
                        const Real* center, Real lod_bias, Real lod_fade, Real& fraction)

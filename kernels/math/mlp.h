@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The small networks, one anchor at a time, from the canonical weights of MLPW; where both sections' weights lie.
+// Evaluates the small networks for one anchor at a time, with the weights of MLPW, and finds weights in the sections
+// MLPW and MLPP.
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -7,7 +8,7 @@
 
 namespace gsc {
 
-// y = W x + b, W row-major [out][in].
+// Computes y = W x + b, with W row-major [out][in].
 template <typename Real>
 GSC_HD void linear(const float* weight, const float* bias, uint32_t in, uint32_t out, const Real* x, Real* y)
 {
@@ -19,8 +20,8 @@ GSC_HD void linear(const float* weight, const float* bias, uint32_t in, uint32_t
     }
 }
 
-// Null where the model has no feature bank. Record i is of kind i, and the kind says what activation comes last: tanh of
-// opacities, sigmoid of colours; the file was checked.
+// Record of a network, null if the model has no feature bank and `kind` is that. Record i has kind i, as was checked
+// when the file was opened. The kind tells the last activation: tanh of opacities, sigmoid of colours.
 GSC_HD const MlpRecord* mlpRecord(const ModelView& model, MlpKind kind)
 {
     const auto i = uint32_t(kind);
@@ -32,32 +33,32 @@ GSC_HD const float* mlpWeights(const ModelView& model, uint64_t offset)
     return reinterpret_cast<const float*>(model.weights + offset);
 }
 
-// Weights at byte `offset` of the file's section MLPP.
+// Weights at byte `offset` of the section MLPP.
 GSC_HD const float* packedWeights(const ModelView& model, uint64_t offset)
 {
     return reinterpret_cast<const float*>(model.packed + offset);
 }
 
-// Linear, ReLU, Linear; the activation is left to the caller. `hidden` is scratch of mlp.hidden values.
+// Evaluates Linear, ReLU, Linear; the caller applies the activation. `hidden` is scratch of mlp.hidden values.
 template <typename Real>
 GSC_HD void evaluateMlp(const ModelView& model, const MlpRecord& mlp, const Real* x, Real* hidden, Real* y)
 {
     linear(mlpWeights(model, mlp.weight0), mlpWeights(model, mlp.bias0), mlp.in, mlp.hidden, x, hidden);
     for (uint32_t i = 0; i < mlp.hidden; ++i)
-        hidden[i] = hidden[i] < Real(0) ? Real(0) : hidden[i]; // NaN stays
+        hidden[i] = hidden[i] < Real(0) ? Real(0) : hidden[i]; // a ReLU that keeps NaN
     linear(mlpWeights(model, mlp.weight1), mlpWeights(model, mlp.bias1), mlp.hidden, mlp.out, hidden, y);
 }
 
-// Values that every head's input is assembled from, beside the feature (format facts 4.1 and 4.3).
+// Values from which the inputs of all heads are assembled, in addition to the features (format facts 4.1 and 4.3).
 template <typename Real>
 struct ViewInput {
     Real direction[3];
     Real distance;
     Real level;
-    const float* appearance; // A values or null
+    const float* appearance; // A values; null if the model has no appearance
 };
 
-// Input of one network; returns the number of values written.
+// Assembles the input of one network in `x`; returns the number of values written.
 template <typename Real>
 GSC_HD uint32_t assembleInput(const ModelParams& params, uint32_t inputs, const Real* feature,
                               const ViewInput<Real>& view, Real* x)
@@ -78,7 +79,7 @@ GSC_HD uint32_t assembleInput(const ModelParams& params, uint32_t inputs, const 
     return n;
 }
 
-// Softmax over the three outputs of the feature bank.
+// Softmax of the three outputs of the feature bank, in place.
 template <typename Real>
 GSC_HD void softmax3(Real* v)
 {
@@ -92,7 +93,7 @@ GSC_HD void softmax3(Real* v)
         v[i] /= sum;
 }
 
-// Feature after the bank: strided copies of the feature, tiled, weighted by `w` (format facts 4.2).
+// Feature `j` behind the bank: a sum of strided, repeated copies of the features, weighted by `w` (format facts 4.2).
 template <typename Real>
 GSC_HD Real bankFeature(const Real* feature, uint32_t feat_dim, uint32_t j, const Real* w)
 {

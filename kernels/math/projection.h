@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rasteriser's preprocessing (format facts 7.2, 7.3, 7.7), for testing an anchor and for drawing a Gaussian. One
-// copy, templated on the precision. Products and sums are fused where upstream's compiler fuses them
-// (kernels/math/README.md); nothing else may be, so device code that includes this for the tier `exact` is compiled
-// with -fmad=false, as host code is without contraction.
+// Preprocessing of the trainers' rasteriser (format facts 7.2, 7.3, 7.7), for testing an anchor and for drawing a
+// Gaussian. One copy, templated on the precision. Products and sums are fused where the trainers' compiler fuses them
+// (kernels/math/README.md), and nowhere else: device code that includes this for the tier `exact` is therefore compiled
+// with -fmad=false, host code without contraction.
 #pragma once
 
 #include "kernels/math/eye.h"
@@ -10,15 +10,15 @@
 
 namespace gsc {
 
-// A Gaussian, as decoding an anchor gives it for one eye.
+// A Gaussian as it is decoded from an anchor for one eye.
 template <typename Real>
 struct GaussianOf {
-    Real position[3]; // world
+    Real position[3]; // centre of the Gaussian, world units
     Real scale[3];    // standard deviations, world units
-    Real rotation[4]; // w x y z, normalised
+    Real rotation[4]; // quaternion w x y z, normalised
     Real opacity;
     Real color[3];
-    uint64_t order; // emissionOrder()
+    uint64_t order; // emissionOrder(), which orders Gaussians of equal depth
 };
 
 template <typename Real>
@@ -28,10 +28,10 @@ struct Covariance3 {
 
 template <typename Real>
 struct Covariance2 {
-    Real a, b, c; // xx, xy, yy in pixels squared
+    Real a, b, c; // xx, xy, yy, in pixels squared
 };
 
-// Tiles [x0, x1) x [y0, y1).
+// Rectangle of tiles [x0, x1) x [y0, y1).
 struct TileRect {
     int32_t x0, y0, x1, y1;
 
@@ -40,26 +40,26 @@ struct TileRect {
 
 template <typename Real>
 struct Footprint {
-    Real x, y;  // pixels, centres at integers
-    Real depth; // view z
+    Real x, y;  // pixels; pixel centres are whole numbers
+    Real depth; // view z of the centre, world units
     Covariance2<Real> cov;
     Real conic[3];
-    int32_t radius; // pixels, 3 sigma of the larger axis
+    int32_t radius; // half-width in pixels of the square that is drawn: 3 sigma of the larger axis
     TileRect tiles;
     bool visible;
-    bool finite; // false: upstream's behaviour is undefined or paints the whole image (traps 18, 19)
+    // false: the trainers' code has no defined result, or paints the whole image (format facts, traps 18, 19)
+    bool finite;
 };
 
-// a . b as upstream's compiler contracts every sum of three products.
+// a . b, fused as the trainers' compiler fuses every sum of three products.
 template <typename Real>
 GSC_HD Real fusedDot(Real a0, Real a1, Real a2, Real b0, Real b1, Real b2)
 {
     return std::fma(a2, b2, std::fma(a0, b0, a1 * b1));
 }
 
-// A row of a matrix times a point.
-// note: view z orders the splats, so its last bit is part of the image: with another order of this sum a city of 18.5
-// million anchors falls from 110 to 74 dB
+// Product of a row of a matrix and a point. note: view z orders the splats, so its last bit affects the image: with
+// another order of this sum a city of 18.5 million anchors falls from 110 to 74 dB
 template <typename Real>
 GSC_HD Real transformRow(const Real* m, const Vec3<Real>& p)
 {
@@ -73,8 +73,8 @@ GSC_HD Vec3<Real> viewPoint(const EyeOf<Real>& eye, const Vec3<Real>& p)
     return {transformRow(m, p), transformRow(m + 4, p), transformRow(m + 8, p)};
 }
 
-// q / max(|q|, 1e-12), order w x y z. A zero quaternion stays zero, which covariance3() turns into no rotation
-// (trap 16).
+// Divides q by max(|q|, 1e-12); order w x y z. A zero quaternion stays zero, which covariance3() takes as no rotation
+// (format facts, trap 16).
 template <typename Real>
 GSC_HD void normalizeQuaternion(Real* q)
 {
@@ -84,7 +84,7 @@ GSC_HD void normalizeQuaternion(Real* q)
         q[i] = divisor.under(q[i]);
 }
 
-// R diag(s^2) R^T. The quaternion is used as it is.
+// Covariance R diag(s^2) R^T in world units squared. The quaternion must be normalised already.
 template <typename Real>
 GSC_HD Covariance3<Real> covariance3(const Real* scale, const Real* q)
 {
@@ -104,11 +104,11 @@ GSC_HD Covariance3<Real> covariance3(const Real* scale, const Real* q)
     return {row(0, 0), row(0, 1), row(0, 2), row(1, 1), row(1, 2), row(2, 2)};
 }
 
-// J Rw S Rw^T J^T plus the low pass of 0.3 square pixels. t: the point in view space.
+// Covariance on the screen: J Rw S Rw^T J^T plus the rasteriser's blur of 0.3 square pixels. t: point in view space.
 template <typename Real>
 GSC_HD Covariance2<Real> covariance2(const EyeOf<Real>& eye, const Vec3<Real>& t, const Covariance3<Real>& s)
 {
-    // upstream's limit, about the image's middle
+    // limit of the trainers' code for the slope, counted from the middle of the image
     const Real limit_x = Real(1.3f) * eye.tan_fov_x, limit_y = Real(1.3f) * eye.tan_fov_y;
     const Divisor<Real> z(t.z), zz(t.z * t.z);
     const Real tx = minNumber(eye.tan_mid_x + limit_x, maxNumber(eye.tan_mid_x - limit_x, z.under(t.x))) * t.z;
@@ -128,21 +128,21 @@ GSC_HD Covariance2<Real> covariance2(const EyeOf<Real>& eye, const Vec3<Real>& t
     return {dot(u, su) + Real(0.3f), dot(u, sv), dot(v, sv) + Real(0.3f)};
 }
 
-// The determinant as upstream rounds it.
+// Determinant with the roundings of the trainers' code.
 template <typename Real>
 GSC_HD Real determinant(const Covariance2<Real>& cov)
 {
     return std::fma(cov.a, cov.c, -(cov.b * cov.b));
 }
 
-// Point where the eye's axis meets the image along one side, pixels from the border.
+// Place where the eye's axis meets the image along one side, in pixels from the border.
 template <typename Real>
 GSC_HD Real axisPixel(uint32_t size, Real focal, Real tan_mid)
 {
     return Real(0.5f) * Real(size) - focal * tan_mid;
 }
 
-// Pixel of a world point. Upstream computes it in double and stores it in float (trap 22).
+// Pixel of a world point. The trainers' code computes it in double and stores it as a float (format facts, trap 22).
 template <typename Real>
 GSC_HD void pixelCenter(const EyeOf<Real>& eye, bool gsplat, const Vec3<Real>& p, const Vec3<Real>& t, Real& x, Real& y)
 {
@@ -158,7 +158,7 @@ GSC_HD void pixelCenter(const EyeOf<Real>& eye, bool gsplat, const Vec3<Real>& p
     y = Real(std::fma(double(hy * inv_w) + 1.0, double(eye.height), -1.0) * 0.5);
 }
 
-// Tiles of the square of half-width `radius` round a pixel.
+// Tiles that the square of half-width `radius` round a pixel touches.
 template <typename Real>
 GSC_HD TileRect tileRect(const EyeOf<Real>& eye, bool gsplat, Real x, Real y, int32_t radius)
 {
@@ -176,7 +176,7 @@ GSC_HD TileRect tileRect(const EyeOf<Real>& eye, bool gsplat, Real x, Real y, in
             clampInt(saturatingInt((y + r + tile - Real(1)) / tile), 0, grid_y)};
 }
 
-// Half-width of the square that upstream covers, pixels.
+// Half-width in pixels of the square in which the trainers' code draws a splat.
 template <typename Real>
 GSC_HD int32_t splatRadius(const Covariance2<Real>& cov, Real det, Real eigen_floor)
 {
@@ -186,7 +186,7 @@ GSC_HD int32_t splatRadius(const Covariance2<Real>& cov, Real det, Real eigen_fl
     return saturatingInt(std::ceil(Real(3) * squareRoot(lambda)));
 }
 
-// Everything of 7.2 and 7.3 for one ellipsoid. `scale` are standard deviations in world units, `q` is normalised.
+// Does format facts 7.2 and 7.3 for one Gaussian. `scale`: standard deviations in world units; `q`: normalised.
 template <typename Real>
 GSC_HD Footprint<Real> footprint(const EyeOf<Real>& eye, const RasterConstants& rules, const Vec3<Real>& p,
                                  const Real* scale, const Real* q)
@@ -198,11 +198,12 @@ GSC_HD Footprint<Real> footprint(const EyeOf<Real>& eye, const RasterConstants& 
     if (rules.gsplat ? (t.z < Real(rules.near_z) || t.z > Real(rules.far_z)) : t.z <= Real(rules.near_z))
         return f;
     if (rules.gsplat && q[0] == Real(0) && q[1] == Real(0) && q[2] == Real(0) && q[3] == Real(0))
-        return f; // rsqrt gives NaN, which culls the splat
+        return f; // a radius of NaN, because of which the trainers' code draws nothing
     pixelCenter<Real>(eye, rules.gsplat, p, t, f.x, f.y);
     f.cov = covariance2<Real>(eye, t, covariance3(scale, q));
     const Real det = determinant(f.cov);
-    if (rules.gsplat ? !(det > Real(0)) : det == Real(0)) // negative ones survive upstream (trap 21)
+    // with the trainers' first rasteriser negative determinants are drawn (format facts, trap 21)
+    if (rules.gsplat ? !(det > Real(0)) : det == Real(0))
         return f;
     const Real inv_det = reciprocal(det);
     f.conic[0] = f.cov.c * inv_det;
@@ -221,7 +222,7 @@ GSC_HD Footprint<Real> footprint(const EyeOf<Real>& eye, const RasterConstants& 
     return f;
 }
 
-// Footprint of a decoded Gaussian; `finite` also covers its colour, which footprint() does not see.
+// Projects a decoded Gaussian. `finite` of the result also covers the colour, which footprint() does not get.
 template <typename Real>
 GSC_HD Footprint<Real> projectGaussian(const EyeOf<Real>& eye, const RasterConstants& rules, const GaussianOf<Real>& g)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scalar helpers that mean the same on a CPU and on a GPU, for float and for double.
+// Helpers for numbers that give equal results on a CPU and on a GPU, for float and double.
 #pragma once
 
 #include <gsc/hostdev.h>
@@ -14,7 +14,8 @@ struct Vec3 {
     Real x, y, z;
 };
 
-// fmax and fmin of IEEE 754-2008: the operand that is a number, as CUDA's max and min do; std::fmax is a library call.
+// fmax and fmin of IEEE 754-2008: if one operand is NaN they return the other, as CUDA's max and min do. std::fmax is
+// not used since it is a library call.
 template <typename Real>
 GSC_HD Real maxNumber(Real a, Real b)
 {
@@ -39,7 +40,8 @@ GSC_HD bool isFinite(Real v)
     return v - v == Real(0);
 }
 
-// CUDA's conversion: truncates, saturates, NaN gives 0. x86 gives INT_MIN for all three.
+// Conversion to int32_t as CUDA does it: truncates and saturates; NaN gives 0. On x86 a plain conversion gives INT_MIN
+// for NaN and whatever is out of range.
 template <typename Real>
 GSC_HD int32_t saturatingInt(Real v)
 {
@@ -61,10 +63,11 @@ GSC_HD int32_t clampInt(int32_t v, int32_t low, int32_t high)
     return v < low ? low : (v > high ? high : v);
 }
 
-// Quotients and roots, rounded correctly like the operators' where arguments and results are normal numbers. A GPU's
-// compiler adds to each operator a branch for all others, and nothing is scheduled across a branch; these have none.
-// There, a divisor above 2^126 gives zero, one of zero or an infinite dividend NaN, and the root of what is not normal is
-// the argument. Gaussians that are not finite are dropped, so no picture has any of these values.
+// Quotients and roots that are rounded correctly, like those of the operators, where arguments and results are normal
+// numbers. For all other numbers a GPU's compiler adds a branch to each operator, and schedules nothing across it;
+// these functions have no branch. On a GPU a divisor above 2^126 gives zero, a divisor of zero or an infinite dividend
+// gives NaN, and the root of a number that is not normal is the number itself. Such values are in no picture, since
+// Gaussians that are not finite are dropped.
 #ifdef __CUDA_ARCH__
 __device__ inline float approximateReciprocal(float v)
 {
@@ -73,7 +76,7 @@ __device__ inline float approximateReciprocal(float v)
     return r;
 }
 
-// A divisor of several numbers, whose quotients share its reciprocal.
+// A divisor of several numbers; the quotients share one reciprocal.
 template <typename Real>
 struct Divisor {
     Real value, inverse;
@@ -85,7 +88,7 @@ struct Divisor {
             inverse = r == 0.0f ? 0.0f : fmaf(r, fmaf(-v, r, 1.0f), r);
         }
     }
-    [[nodiscard]] GSC_HD Real under(Real a) const // a / value
+    [[nodiscard]] GSC_HD Real under(Real a) const // returns a / value
     {
         if constexpr (sizeof(Real) == sizeof(float)) {
             const float q = a * inverse;

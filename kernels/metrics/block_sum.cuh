@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One block for each square of a picture, one thread for each of its pixels, and their sum in a fixed order.
+// Adds up values of a picture's pixels in a fixed order: one block for each square of the picture, one thread for each
+// pixel of the square.
 #pragma once
 
 #include "kernels/cuda/launch.cuh"
@@ -11,7 +12,7 @@ constexpr uint32_t kSquareThreads = kScoreSquare * kScoreSquare;
 
 struct SquarePixel {
     uint32_t x, y;
-    size_t at; // place in a plane
+    size_t at; // index of the pixel in a plane
     bool there;
 };
 
@@ -32,7 +33,8 @@ inline dim3 squaresOf(uint32_t width, uint32_t height)
     return dim3((width + kScoreSquare - 1) / kScoreSquare, (height + kScoreSquare - 1) / kScoreSquare);
 }
 
-// Every thread of the block calls it with its own sum; `add` adds the second to the first. Thread 0 gets the whole.
+// Adds up the `own` of all threads of a block, each of which must call it; `add` adds its second argument to its first.
+// Only thread 0 gets the sum.
 template <typename Sum, typename Add>
 __device__ __forceinline__ Sum blockSum(const Sum& own, Sum* shared, const Add& add)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums over the neighbours of a value, weight by weight as the CPU's: in double precision, in the same order.
+// Filters: weighted sums of a value's neighbours, in double precision and in the order of the CPU's sums.
 #pragma once
 
 #include "kernels/metrics/scores_cuda.h"
@@ -11,7 +11,7 @@ __device__ __forceinline__ int32_t nearestInside(int32_t at, uint32_t count)
     return at < 0 ? 0 : at < int32_t(count) ? at : int32_t(count) - 1;
 }
 
-// Along a column of a plane, whose border repeats.
+// Filters along a column of a plane; beyond the border the border's value is repeated.
 __device__ __forceinline__ float columnSum(const float* plane, uint32_t width, uint32_t height, uint32_t x, uint32_t y,
                                            const FilterWeights& filter)
 {

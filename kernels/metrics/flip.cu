@@ -78,7 +78,7 @@ __global__ void __launch_bounds__(kSquareThreads) flipKernel(const __grid_consta
         args.squares[squareNumber()] = all;
 }
 
-// One thread for each pixel, a block for each square.
+// Launches a kernel with one thread for each pixel and one block for each square.
 template <typename Args>
 void launchPixels(void (*kernel)(Args), const Args& args, CUstream_st* stream)
 {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arithmetic of one pixel of LDR-FLIP after Andersson, Nilsson, Akenine-Moeller, Oskarsson, Astrom and Fairchild, "FLIP: A
-// Difference Evaluator for Alternating Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020; the same on a CPU and a
-// GPU. Written from the paper's equations.
+// Arithmetic of one pixel of LDR-FLIP after Andersson, Nilsson, Akenine-Moeller, Oskarsson, Astrom and Fairchild,
+// "FLIP: A Difference Evaluator for Alternating Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020; equal on
+// a CPU and a GPU. Written from the paper's equations.
 #pragma once
 
 #include <gsc/hostdev.h>
@@ -10,17 +10,17 @@
 
 namespace gsc {
 
-constexpr double kFlipColorExponent = 0.7;   // q_c
-constexpr double kFlipFeatureExponent = 0.5; // q_f
-constexpr double kFlipColorKnee = 0.4;       // p_c, of the largest colour difference
-constexpr double kFlipColorKneeValue = 0.95; // p_t
+constexpr double kFlipColorExponent = 0.7;   // exponent of colour differences, q_c in the paper
+constexpr double kFlipFeatureExponent = 0.5; // exponent of feature differences, q_f in the paper
+constexpr double kFlipColorKnee = 0.4;       // p_c in the paper: the knee, as a share of the largest colour difference
+constexpr double kFlipColorKneeValue = 0.95; // p_t in the paper: value of a colour error at the knee
 
 struct Vec3d {
     double x, y, z;
 };
 
-// Linear sRGB to CIE XYZ, D65, by rows; its inverse from cofactors. The white point is the image of (1, 1, 1), so that grey
-// has no chroma.
+// Matrix from linear sRGB to CIE XYZ (D65), row by row; its inverse is computed from cofactors. The white point is the
+// image of (1, 1, 1), so that grey has no chroma.
 constexpr double kXyzA = 0.4124564, kXyzB = 0.3575761, kXyzC = 0.1804375, kXyzD = 0.2126729, kXyzE = 0.7151522,
                  kXyzF = 0.0721750, kXyzG = 0.0193339, kXyzH = 0.1191920, kXyzI = 0.9503041;
 constexpr double kXyzDeterminant = kXyzA * (kXyzE * kXyzI - kXyzF * kXyzH) - kXyzB * (kXyzD * kXyzI - kXyzF * kXyzG) +
@@ -50,7 +50,7 @@ GSC_HD Vec3d linearFromXyz(double x, double y, double z)
 
 GSC_HD double unitClamped(double value)
 {
-    return value > 0 ? (value < 1.0 ? value : 1.0) : 0.0; // NaN becomes 0
+    return value > 0 ? (value < 1.0 ? value : 1.0) : 0.0; // 0 for NaN
 }
 
 GSC_HD double linearFromSrgb(double value)
@@ -59,7 +59,7 @@ GSC_HD double linearFromSrgb(double value)
     return v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
 }
 
-// Achromatic, red-green and blue-yellow (YCxCz) of a display-encoded pixel.
+// YCxCz of a display-encoded pixel: achromatic, red-green and blue-yellow.
 GSC_HD Vec3d opponentOf(const float* rgb)
 {
     const Vec3d xyz =
@@ -73,7 +73,7 @@ GSC_HD double labCurve(double t)
     return t > kDelta * kDelta * kDelta ? cbrt(t) : t / (3 * kDelta * kDelta) + 4.0 / 29.0;
 }
 
-// CIELAB whose chroma is scaled with lightness for the Hunt effect.
+// CIELAB colour whose chroma is scaled with lightness, for the Hunt effect.
 GSC_HD Vec3d huntLab(const Vec3d& linear)
 {
     const Vec3d xyz = xyzOverWhite(linear);
@@ -82,7 +82,7 @@ GSC_HD Vec3d huntLab(const Vec3d& linear)
     return {lightness, 0.01 * lightness * 500 * (fx - fy), 0.01 * lightness * 200 * (fy - fz)};
 }
 
-// huntLab() of a filtered YCxCz pixel.
+// huntLab() of a filtered pixel that is given in YCxCz.
 GSC_HD Vec3d huntLabOfOpponent(float achromatic, float red_green, float blue_yellow)
 {
     const double y = (double(achromatic) + 16) / 116;
@@ -96,13 +96,14 @@ GSC_HD double hyAb(const Vec3d& a, const Vec3d& b)
     return fabs(a.x - b.x) + hypot(a.y - b.y, a.z - b.z);
 }
 
-// Green against blue, the largest difference that a display can show.
+// Difference between green and blue, the largest that a display can show.
 GSC_HD double largestFlipColor()
 {
     return pow(hyAb(huntLab({0, 1, 0}), huntLab({0, 0, 1})), kFlipColorExponent);
 }
 
-// Colour difference, linear up to a knee and compressed above it. `largest`: largestFlipColor().
+// Colour difference of two pixels, 0 to 1, linear up to the knee and compressed above it. `largest`:
+// largestFlipColor().
 GSC_HD double flipColorError(const Vec3d& a, const Vec3d& b, double largest)
 {
     const double difference = pow(hyAb(a, b), kFlipColorExponent), knee = kFlipColorKnee * largest;
@@ -110,7 +111,7 @@ GSC_HD double flipColorError(const Vec3d& a, const Vec3d& b, double largest)
                              : kFlipColorKneeValue + (difference - knee) / (largest - knee) * (1 - kFlipColorKneeValue);
 }
 
-// Strength of edges and points in the achromatic plane.
+// Strength of edges and of points in the achromatic plane at a pixel.
 struct FlipFeatures {
     float edge, point;
 };

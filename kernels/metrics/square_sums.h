@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors of a picture, summed over squares of 16 x 16 pixels: the same arithmetic on a CPU and a GPU. Sums of whole
-// pictures are sums of these in the order of the squares, so that they do not depend on what ran beside what.
+// Errors of a picture, summed over squares of 16 x 16 pixels with equal arithmetic on a CPU and a GPU. Sums of whole
+// pictures add these up in the order of the squares, so that they do not depend on what ran at the same time.
 #pragma once
 
 #include <gsc/hostdev.h>
@@ -12,15 +12,17 @@
 
 namespace gsc {
 
-constexpr uint32_t kScoreSquare = 16; // pixels of a side; squares at the right and the bottom edge are smaller
+// width and height of a square in pixels; squares at the right and bottom edge may be smaller
+constexpr uint32_t kScoreSquare = 16;
 
-// An eye and its gaze, right and down at depth 1.
+// An eye and the direction of its gaze, right and down at depth 1.
 struct EyeGaze {
     EyeParams eye{};
     float x = 0, y = 0;
 };
 
-// True if the middle of that pixel is within 12 degrees of the gaze, where foveation draws everything (kFoveaInner).
+// Returns true if the middle of the pixel is within 12 degrees of the gaze, where foveation draws everything
+// (kFoveaInner).
 GSC_HD bool inFovea(const EyeGaze& gaze, uint32_t column, uint32_t row)
 {
     const EyeParams& eye = gaze.eye;
@@ -31,26 +33,26 @@ GSC_HD bool inFovea(const EyeGaze& gaze, uint32_t column, uint32_t row)
     return cosine >= double(kFoveaInner);
 }
 
-// Scores of a square's pixels; sums are over their three channels. `error` and `pixels`: of the pixels in the fovea,
-// then of the others.
+// Scores of the pixels of a square; sums are over three channels. `error` and `pixels` have one element for pixels in
+// the fovea and one for the others.
 struct SquareSums {
-    double error[2]; // squares of image - exact; infinite where that is no number
-    double change;   // squares of the change of image - exact since the picture before
-    double motion;   // squares of the change of the image
-    double largest;  // error of a channel
+    double error[2]; // sums of (image - exact)^2; infinite where that is NaN
+    double change;   // sum of the squared changes of (image - exact) since the picture before
+    double motion;   // sum of the squared changes of the image since the picture before
+    double largest;  // largest |image - exact| of a channel
     uint32_t pixels[2];
-    uint32_t over_1_255; // pixels with a channel off by more
+    uint32_t over_1_255; // number of pixels with a channel that is wrong by more than 1/255
 };
 
-// Adds one pixel. `last_error` and `last_image`, three floats each, are of the picture before; those of this one take
-// their place.
+// Adds one pixel to `sums`. `last_error` and `last_image` have three floats each, those of the picture before, which
+// are replaced by those of this picture.
 GSC_HD void addPixel(SquareSums& sums, bool in_fovea, const float* image, const float* exact, float* last_error,
                      float* last_image)
 {
     double largest = 0;
     for (int c = 0; c < 3; ++c) {
         double error = fabs(double(image[c]) - double(exact[c]));
-        if (!(error >= 0)) // a NaN against anything is as wrong as can be, never invisible
+        if (!(error >= 0)) // NaN, compared with anything, counts as the largest error
             error = double(INFINITY);
         sums.error[in_fovea ? 0 : 1] += error * error;
         largest = error > largest ? error : largest;
@@ -67,7 +69,7 @@ GSC_HD void addPixel(SquareSums& sums, bool in_fovea, const float* image, const 
     ++sums.pixels[in_fovea ? 0 : 1];
 }
 
-// Adds the sums of other pixels of the square.
+// Adds the sums of other pixels of the square to `sums`.
 GSC_HD void addSums(SquareSums& sums, const SquareSums& other)
 {
     for (int part = 0; part < 2; ++part) {
@@ -80,7 +82,7 @@ GSC_HD void addSums(SquareSums& sums, const SquareSums& other)
     sums.over_1_255 += other.over_1_255;
 }
 
-// FLIP of the pixels of a square, of those in the fovea and of the others.
+// FLIP of a square, summed over pixels in the fovea and over the others.
 struct SquareFlip {
     double error[2];
 };

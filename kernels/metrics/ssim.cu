@@ -7,7 +7,7 @@ namespace gsc {
 
 namespace {
 
-// Pixels outside count as 0.
+// Filters along rows; pixels outside of the picture count as 0.
 __global__ void __launch_bounds__(kSquareThreads) ssimRowsKernel(const __grid_constant__ SsimCudaArgs args)
 {
     const uint32_t width = args.pair.width, height = args.pair.height;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Structural similarity of one channel of a pixel (Wang et al. 2004), the same on a CPU and a GPU.
+// Structural similarity of one channel of a pixel (Wang et al. 2004), equal on a CPU and a GPU.
 #pragma once
 
 #include <gsc/hostdev.h>
 
 namespace gsc {
 
-// From the blurred images a and b, their squares and their product.
+// SSIM at a pixel, from blurred values: images a and b, their squares, and their product.
 GSC_HD double ssimPixel(float a, float b, float aa, float bb, float ab)
 {
     constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;

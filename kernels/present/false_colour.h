@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The colours of FrameView: the same bits on host and device, so that a legend can be drawn from these functions.
+// Colours of FrameView, with equal bits on host and device, so that a legend can be drawn from these functions.
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -12,23 +12,23 @@ struct FalseColour {
     float r, g, b;
 };
 
-// log2(1 + value), straight between powers of two: exact, where a device's logarithm differs from a host's by a rounding.
+// log2(1 + value), linear between powers of two. It is exact; a device's logarithm differs from a host's by a rounding.
 GSC_HD float logSteps(uint32_t value)
 {
-    const uint32_t n = value < 0x00ffffffu ? value + 1 : 0x01000000u; // is a float
+    const uint32_t n = value < 0x00ffffffu ? value + 1 : 0x01000000u; // up to 2^24, so that it is exact as a float
     uint32_t power = 0;
     while (n >> (power + 1) != 0)
         ++power;
-    return float(power) + float(n - (1u << power)) / float(1u << power); // dividing by a power of two is exact
+    return float(power) + float(n - (1u << power)) / float(1u << power); // exact, since it divides by a power of two
 }
 
-// On the line from `a` to `b`. Fused on both sides.
+// Colour at share `t` of the way from `a` to `b`. Fused operations on host and device alike.
 GSC_HD FalseColour between(const FalseColour& a, const FalseColour& b, float t)
 {
     return {std::fma(t, b.r - a.r, a.r), std::fma(t, b.g - a.g, a.g), std::fma(t, b.b - a.b, a.b)};
 }
 
-// FrameView::Level, of LevelRecord::level: twelve colours, then again from the first.
+// Colour for FrameView::Level, from LevelRecord::level: one of twelve colours, which are repeated from level 12 on.
 GSC_HD FalseColour levelColour(int32_t level)
 {
     const FalseColour colours[12] = {
@@ -48,8 +48,8 @@ GSC_HD FalseColour levelColour(int32_t level)
     return colours[(level % 12 + 12) % 12];
 }
 
-// FrameView::Age, of frames since the anchor was decoded or its coarse copy made: blue 0, cyan 3, green 15, yellow 63, red
-// from 255 on. Between these it goes with logSteps().
+// Colour for FrameView::Age, from the frames since the anchor was decoded or its coarse copy made: blue for 0, cyan for
+// 3, green for 15, yellow for 63, red from 255 on. Between these numbers it changes linearly with logSteps().
 GSC_HD FalseColour ageColour(uint32_t frames)
 {
     const FalseColour blue{0, 0, 1}, cyan{0, 1, 1}, green{0, 1, 0}, yellow{1, 1, 0}, red{1, 0, 0};
@@ -61,8 +61,9 @@ GSC_HD FalseColour ageColour(uint32_t frames)
                     : red;
 }
 
-// FrameView::Cost, of Gaussians evaluated for a pixel: black 0, blue 7, red 63, yellow 511, white from 4095 on. Between
-// these it goes with logSteps(). No two counts below 4095 have one colour.
+// Colour for FrameView::Cost, from the Gaussians evaluated for a pixel: black for 0, blue for 7, red for 63, yellow for
+// 511, white from 4095 on. Between these numbers it changes linearly with logSteps(). No two counts below 4095 have
+// equal colours.
 GSC_HD FalseColour costColour(uint32_t evaluations)
 {
     const FalseColour black{0, 0, 0}, blue{0, 0, 1}, red{1, 0, 0}, yellow{1, 1, 0}, white{1, 1, 1};
@@ -75,10 +76,10 @@ GSC_HD FalseColour costColour(uint32_t evaluations)
                      : white;
 }
 
-// FrameView::Detail: how a group of anchors is drawn, as CoarseCounts counts it.
+// How a group of anchors is drawn, for FrameView::Detail; the names are those of CoarseCounts.
 enum class GroupSource : uint32_t { Near = 0, Kept = 1, Stale = 2, Made = 3 };
 
-// Told apart by any colour vision.
+// Colour for FrameView::Detail; people with any colour vision can tell the four apart.
 GSC_HD FalseColour detailColour(GroupSource source)
 {
     const FalseColour colours[4] = {
@@ -90,7 +91,7 @@ GSC_HD FalseColour detailColour(GroupSource source)
     return colours[uint32_t(source) & 3u];
 }
 
-// True if the view draws Gaussians in other colours than their own.
+// Returns true if the view draws Gaussians in other colours than their own.
 GSC_HD bool paintsGaussians(FrameView view)
 {
     return view == FrameView::Level || view == FrameView::Age || view == FrameView::Detail;

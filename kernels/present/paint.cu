@@ -24,7 +24,7 @@ __global__ void __launch_bounds__(kPaintThreads) costKernel(const __grid_constan
     float* const image = args.image[blockIdx.y];
     for (uint32_t i = blockIdx.x * kPaintThreads + threadIdx.x; i < args.pixels[blockIdx.y];
          i += gridDim.x * kPaintThreads) {
-        const float count = image[size_t(3) * i]; // anything in columns that are not drawn
+        const float count = image[size_t(3) * i]; // in columns that are not drawn this may be any value
         const FalseColour colour = costColour(count > 0.0f && count < 1e9f ? uint32_t(count) : 0u);
         image[size_t(3) * i] = colour.r;
         image[size_t(3) * i + 1] = colour.g;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop over a pass's splats that painting is.
+// Loop over the splats of a pass that paints them in other colours.
 #pragma once
 
 #include "kernels/cuda/halves.cuh"
@@ -9,7 +9,7 @@
 
 namespace gsc {
 
-constexpr uint32_t kPaintThreads = 256, kPaintBlocks = 4; // blocks per multiprocessor
+constexpr uint32_t kPaintThreads = 256, kPaintBlocks = 4; // kPaintBlocks: blocks per multiprocessor
 
 __device__ __forceinline__ void paint(PackedSplat& splat, const FalseColour& colour)
 {
@@ -26,7 +26,7 @@ __device__ __forceinline__ void paint(ExactSplat& splat, const FalseColour& colo
     splat.color[2] = colour.b;
 }
 
-// colourOf(eye, source index) for every splat in a slot of the pass.
+// Sets the colour of every splat in a slot of the pass to colourOf(eye, source index).
 template <typename Splat, typename ColourOf>
 __device__ __forceinline__ void paintAll(const PaintCudaArgs& args, const ColourOf& colourOf)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// False colours on the device: splats are painted between decoding and blending, counts of pixels after it. Neither stage
-// knows of it.
+// False colours on the device: splats are painted between decoding and blending, counts of pixels after blending. Those
+// stages need not know of it.
 #pragma once
 
 #include "kernels/decode/decode_cuda.h"
@@ -11,7 +11,7 @@ struct CUstream_st;
 namespace gsc {
 
 struct PaintCudaArgs {
-    void* splats; // PackedSplat or ExactSplat, eye_count x slot_capacity
+    void* splats; // PackedSplat or ExactSplat, eye_count x slot_capacity elements
     bool exact;
     bool shared_bins;
     uint32_t eye_count;
@@ -19,23 +19,24 @@ struct PaintCudaArgs {
     const SplatPlace* places;
     const FrameCounters* counters;
     uint32_t n_offsets;
-    // per source index: kGroupSize x its group + its place there; or null: all are painted in one colour
+    // for each source index: kGroupSize x number of the anchor's group + number in the group; null: all splats are
+    // painted in one colour
     const uint32_t* origins;
-    FalseColour colour; // colour of all where `origins` is null
+    FalseColour colour; // colour of all splats if `origins` is null
     const GroupRecord* groups;
     const LevelRecord* levels;
 };
 
 struct CostCudaArgs {
-    float* image[kMaxEyes];    // red: evaluations of the pixel
-    uint32_t pixels[kMaxEyes]; // pixels of each eye
+    float* image[kMaxEyes];    // pictures whose red channel holds the number of evaluations of the pixel
+    uint32_t pixels[kMaxEyes]; // number of pixels of each eye
     uint32_t eye_count;
     const FrameCounters* counters;
 };
 
-// All asynchronous. FrameView::Level, or all in one colour.
+// Paints splats for FrameView::Level, or all in one colour. Asynchronous.
 void paintSplatsCuda(const PaintCudaArgs& args, uint32_t processors, CUstream_st* stream);
-// FrameView::Cost, after the last pass.
+// Paints pixels for FrameView::Cost, after the last pass. Asynchronous.
 void paintCostCuda(const CostCudaArgs& args, uint32_t processors, CUstream_st* stream);
 
 } // namespace gsc

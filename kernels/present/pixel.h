@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A colour of the blend as a target stores it: the same bytes on host and device.
+// Converts a colour as blended to the bytes that a target stores, equally on host and device.
 #pragma once
 
 #include <gsc/half.h>
@@ -7,7 +7,7 @@
 
 namespace gsc {
 
-// torchvision's rule in its own precision, which image files have too: trunc(clamp(255 x + 0.5, 0, 255)); NaN becomes 0.
+// Byte of a colour value, as torchvision and image files have it: trunc(clamp(255 x + 0.5, 0, 255)); 0 for NaN.
 GSC_HD uint8_t pixelByte(float value)
 {
     const float scaled = 255.0f * value + 0.5f;

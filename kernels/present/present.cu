@@ -32,7 +32,8 @@ __global__ void __launch_bounds__(kThreads) presentKernel(const __grid_constant_
     const uint32_t x = args.columns.first + blockIdx.x * kThreads + threadIdx.x, y = blockIdx.y;
     if (x >= args.columns.end || y >= args.height)
         return;
-    const bool seen = args.lens.shows(x / kLensSquare, y / kLensSquare); // other pixels of the image hold nothing
+    // false for pixels that the lens hides, of which the image holds nothing
+    const bool seen = args.lens.shows(x / kLensSquare, y / kLensSquare);
     const size_t at = size_t(y) * args.width + x;
     const auto depth = [&] { return seen ? args.depth[at] : INFINITY; };
     if (args.target.depth_surface != 0)

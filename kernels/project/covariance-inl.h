@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Covariances of Gaussians from decode's outputs. Included once per target, inside Highway's foreach_target.
+// Covariances of Gaussians from the outputs of decode. Included once per SIMD target, inside Highway's foreach_target.
 
 #if defined(GSC_KERNELS_PROJECT_COVARIANCE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef GSC_KERNELS_PROJECT_COVARIANCE_INL_H
@@ -19,7 +19,7 @@ HWY_INLINE V dot3(V ax, V ay, V az, V bx, V by, V bz)
     return hn::MulAdd(az, bz, hn::MulAdd(ax, bx, hn::Mul(ay, by)));
 }
 
-// m = R diag(s), row-major.
+// Computes m = R diag(s), row-major, for the Gaussians of a vector.
 HWY_INLINE void scaledRotation(D d, const V* scale, const V* q, V* m)
 {
     const V one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f);
@@ -34,7 +34,7 @@ HWY_INLINE void scaledRotation(D d, const V* scale, const V* q, V* m)
         m[i] = hn::Mul(scale[i % 3], r[i]);
 }
 
-// c: xx xy xz yy yz zz, in the units of `scale` squared.
+// Computes the covariance c: xx xy xz yy yz zz, in the square of the unit of `scale`.
 HWY_INLINE void worldCovariance(D d, const V* scale, const V* q, V* c)
 {
     V m[9];

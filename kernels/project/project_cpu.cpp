@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lanes are Gaussians. The order of operations is that of kernels/math/projection.h.
+// Projects on a CPU with one Gaussian in each lane. The order of operations is that of kernels/math/projection.h.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/project/project_cpu.cpp"
 #include <hwy/foreach_target.h>
@@ -21,10 +21,10 @@ namespace HWY_NAMESPACE {
 
 using M = hn::Mask<D>;
 
-// Projected values of a vector of Gaussians, before the lanes that stay are picked.
+// Results for a vector of Gaussians, before the visible lanes are picked.
 struct ProjectLanes {
     HWY_ALIGN float x[16], y[16], depth[16], conic[3][16], cutoff[16];
-    HWY_ALIGN float left[16], top[16], right[16], bottom[16]; // pixel box, inclusive, not yet integer
+    HWY_ALIGN float left[16], top[16], right[16], bottom[16]; // box of pixels, ends inclusive, not rounded yet
 };
 
 HWY_INLINE V transformLane(D d, const float* m, V x, V y, V z)
@@ -32,7 +32,7 @@ HWY_INLINE V transformLane(D d, const float* m, V x, V y, V z)
     return hn::Add(dot3(hn::Set(d, m[0]), hn::Set(d, m[1]), hn::Set(d, m[2]), x, y, z), hn::Set(d, m[3]));
 }
 
-// ((n + 1) size - 1) / 2 in double (trap 22).
+// Pixel of a coordinate: ((n + 1) size - 1) / 2, computed in double (format facts, trap 22).
 HWY_INLINE V pixelLane(D d, V n, uint32_t size)
 {
 #if HWY_HAVE_FLOAT64 && HWY_TARGET != HWY_SCALAR
@@ -62,7 +62,7 @@ struct Covariance {
     V a, b, c;
 };
 
-// c: xx xy xz yy yz zz.
+// Covariance on the screen, from c: xx xy xz yy yz zz in world units squared.
 HWY_INLINE Covariance screenCovariance(D d, const EyeParams& eye, V tx, V ty, V tz, const V* c)
 {
     const V xx = c[0], xy = c[1], xz = c[2], yy = c[3], yz = c[4], zz = c[5];
@@ -90,13 +90,13 @@ HWY_INLINE Covariance screenCovariance(D d, const EyeParams& eye, V tx, V ty, V 
             hn::Add(dot3(v[0], v[1], v[2], sv[0], sv[1], sv[2]), low_pass)};
 }
 
-// First and last pixel of upstream's tiles along one axis, as floats; first > last where there are none.
+// Computes the first and last pixel of the trainers' tiles along one axis, as floats; first > last if there are none.
 HWY_INLINE void tileSpan(D d, bool gsplat, V center, V radius, uint32_t size, V& first, V& last)
 {
     const V tile = hn::Set(d, float(kTileSize)), grid = hn::Set(d, float(tileCount(size))), zero = hn::Zero(d);
     V begin, end;
     if (gsplat) {
-        const V inverse = hn::Set(d, 1.0f / float(kTileSize)); // a power of two: as exact as dividing
+        const V inverse = hn::Set(d, 1.0f / float(kTileSize)); // exact like a division, since it is a power of two
         const V c = hn::Mul(hn::Add(center, hn::Set(d, 0.5f)), inverse), r = hn::Mul(radius, inverse);
         begin = hn::Floor(hn::Sub(c, r));
         end = hn::Ceil(hn::Add(c, r));
@@ -111,14 +111,14 @@ HWY_INLINE void tileSpan(D d, bool gsplat, V center, V radius, uint32_t size, V&
     last = hn::Sub(hn::Min(hn::Mul(end, tile), hn::Set(d, float(size))), hn::Set(d, 1.0f));
 }
 
-// Splat::cutoff, and the half sizes of the box round every pixel where alpha can reach 1/255: q <= 2 ln(255 o).
-// The conic is rounded and so is the power it gives, by about 8 epsilon times the condition number of the covariance;
-// the margin is four times that.
+// Computes Splat::cutoff, and half the width and height of the box round every pixel where alpha can reach 1/255, which
+// is where q <= 2 ln(255 o). The conic is rounded, and so is the power computed from it, by about 8 epsilon times the
+// condition number of the covariance; the margin is four times that.
 HWY_INLINE V reachLane(D d, const Covariance& cov, V ac, V det, V opacity, V& width, V& height)
 {
     const V slack = hn::MulAdd(hn::Div(ac, det), hn::Set(d, 4e-6f), hn::Set(d, 1e-4f));
     const M loose = hn::Not(hn::And(hn::Gt(det, hn::Zero(d)), hn::Lt(slack, hn::Set(d, 0.1f))));
-    // 2e-3 is thrice the error of the logarithm
+    // 2e-3 is three times the error of the logarithm
     const V ln = hn::Max(hn::Add(roughLog(d, hn::Mul(opacity, hn::Set(d, 255.0f))), hn::Set(d, 2e-3f)), hn::Zero(d));
     const V cutoff = hn::IfThenElse(loose, hn::Set(d, kLooseCutoff), hn::MulAdd(ln, slack, ln));
     const V reach = hn::Add(cutoff, cutoff), margin = hn::Set(d, 0.01f), all = hn::Set(d, 1e9f);
@@ -127,7 +127,7 @@ HWY_INLINE V reachLane(D d, const Covariance& cov, V ac, V det, V opacity, V& wi
     return cutoff;
 }
 
-// Gaussians as decode has them.
+// Reads Gaussians in the layout in which decode leaves them.
 struct DecodedGaussians {
     const GaussianBlock& g;
 
@@ -144,7 +144,7 @@ struct DecodedGaussians {
         rotation(d, at, q);
         worldCovariance(d, scale, q, c);
     }
-    // Mask of the Gaussians whose quaternion is not zero.
+    // Mask of the Gaussians at index `at` and on whose quaternion is not zero.
     HWY_INLINE M rotated(D d, size_t at) const
     {
         V q[4];
@@ -168,7 +168,7 @@ struct KeptGaussians {
     [[nodiscard]] const float* position(size_t at, int i) const { return row(at, kTilePosition + uint32_t(i)); }
     [[nodiscard]] const float* opacity(size_t at) const { return row(at, kTileOpacity); }
     [[nodiscard]] const float* color(size_t at, int i) const { return row(at, kTileColor + uint32_t(i)); }
-    void putOrigin(size_t, uint16_t*, uint32_t) const {} // they have none
+    void putOrigin(size_t, uint16_t*, uint32_t) const {} // does nothing, since Gaussians in tiles have no origins
     HWY_INLINE void covariance(D d, size_t at, V* c) const
     {
         for (uint32_t i = 0; i < 6; ++i)
@@ -183,7 +183,7 @@ private:
     }
 };
 
-// Projects one vector. Returns the lanes to keep; `dropped` receives those that are not finite.
+// Projects one vector of Gaussians. Returns the lanes to keep; `dropped` gets the lanes that are not finite.
 template <class Gaussians>
 HWY_INLINE M projectVector(D d, const ProjectArgs& args, const Gaussians& g, size_t at, M in_range, ProjectLanes& out,
                            M& dropped)
@@ -198,7 +198,7 @@ HWY_INLINE M projectVector(D d, const ProjectArgs& args, const Gaussians& g, siz
     const V near_z = hn::Set(d, args.rules.near_z);
     const M outside =
         gsplat ? hn::Or(hn::Lt(tz, near_z), hn::Gt(tz, hn::Set(d, args.rules.far_z))) : hn::Le(tz, near_z);
-    M keep = hn::AndNot(outside, in_range); // NaN passes and is counted below
+    M keep = hn::AndNot(outside, in_range); // NaN passes here and is counted below
     dropped = hn::AndNot(in_range, in_range);
     if (hn::AllFalse(d, keep))
         return keep;
@@ -239,7 +239,7 @@ HWY_INLINE M projectVector(D d, const ProjectArgs& args, const Gaussians& g, siz
     argument = hn::IfThenElse(hn::Gt(argument, floor), argument, floor);
     const V root = hn::Sqrt(argument);
     const V radius = hn::Min(hn::Ceil(hn::Mul(hn::Set(d, 3.0f), hn::Sqrt(hn::Add(mid, root)))),
-                             hn::Set(d, 2147483648.0f)); // CUDA's conversion saturates
+                             hn::Set(d, 2147483648.0f)); // limits the value, since CUDA's conversion saturates
     keep = hn::And(keep, hn::Gt(radius, zero));
     if (gsplat) {
         const auto misses = [&](V center, uint32_t size) {

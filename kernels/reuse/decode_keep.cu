@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decode into entries: a strip at a time, all of its anchors. A strip that gets no cache slot is drawn as it is
-// decoded.
+// Decodes whole strips into entries of the cache. A strip that gets no cache slot is drawn as it is decoded.
 #include "kernels/cuda/launch.cuh"
 #include "kernels/decode/fast/networks.cuh"
 #include "kernels/reuse/kept_entry.cuh"
@@ -12,17 +11,17 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kThreads = 256, kWarps = kThreads / 32;
-constexpr uint32_t kBlocks = 2; // per multiprocessor
+constexpr uint32_t kBlocks = 2; // blocks that run on a multiprocessor at once
 
-// A block's networks, and the strips that its warps stage.
+// Shared memory of a block: the networks, and the strips that its warps stage.
 struct KeepShared {
     DecodeNetworks networks;
     StagedStrip staging[kWarps];
 };
-static_assert(sizeof(KeepShared) <= 99 * 1024); // most that a block can have on compute capability 8.6, 8.9 and 12.0
+static_assert(sizeof(KeepShared) <= 99 * 1024); // a block can have no more on compute capability 8.6, 8.9 and 12.0
 
-// kCompact: the model is compact. kBank: it has a feature bank, which makes the features depend on the place. kShared,
-// kThins: DecodeFrame.
+// kCompact: the model is compact. kBank: the model has a feature bank, so that features depend on the viewpoint.
+// kShared, kThins: as in DecodeFrame.
 template <bool kCompact, bool kBank, bool kShared, bool kThins>
 __global__ void __launch_bounds__(kThreads, kBlocks) keepKernel(const __grid_constant__ KeepCudaArgs args)
 {
@@ -37,7 +36,7 @@ __global__ void __launch_bounds__(kThreads, kBlocks) keepKernel(const __grid_con
     const uint32_t count = tables.counters->wants;
     StagedStrip& staged = shared.staging[threadIdx.x >> 5];
     EyeTally left, right;
-    uint32_t positive = 0; // bit per eye
+    uint32_t positive = 0; // a bit for each eye that sees an opacity above zero
 
     for (uint32_t i = warp; i < count; i += warps) {
         const Want& want = tables.wants[i];
@@ -58,7 +57,7 @@ __global__ void __launch_bounds__(kThreads, kBlocks) keepKernel(const __grid_con
             positions[r][1] = p.y;
             positions[r][2] = p.z;
         }
-        uint32_t feature[2][4]; // per k tile
+        uint32_t feature[2][4]; // features of two rows, for each k tile
         float levels[2];
         gatherInputs<kCompact>(args, anchors, t, feature, levels);
         if (lane == 0)
@@ -116,7 +115,7 @@ __global__ void __launch_bounds__(kThreads, kBlocks) keepKernel(const __grid_con
             float factors[2];
             keptFactors(args.fraction, want.index, e, lane, factors);
             EyeTally tally = e == 0 ? left : right;
-            if (kShared) // eyes that share their bins take splat slots for both from the first eye's
+            if (kShared) // with shared bins both eyes take splat slots from the writer of the first eye
                 tally.writer = left.writer;
             emitStaged<kCompact, kShared, kThins>(args, e, staged, alive, {!both || e == 0, !both || e == 1}, seen_by,
                                                   factors, lane, tally);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strips, the unit of reuse, and ReusePolicy::Depth, the GS-Cache paper's Algorithm 1: the same on a CPU and on a GPU.
+// Strips, the unit of reuse, and ReusePolicy::Depth, Algorithm 1 of the GS-Cache paper; equal on a CPU and a GPU.
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -9,20 +9,20 @@
 
 namespace gsc {
 
-// The granule of decoding and reuse: consecutive anchors of a group, as many as decode takes in one vector. A group is
-// the granule of selection; a strip is finer because one anchor that is due makes its whole granule due.
+// Anchors of a strip, the unit of decoding and reuse: consecutive anchors of a group, as many as decode takes in one
+// vector. A strip is smaller than a group, the unit of selection, since one anchor due makes its whole unit due.
 constexpr uint32_t kStripAnchors = 16;
 constexpr uint32_t kStripsPerGroup = kGroupSize / kStripAnchors;
 
-// Share of the visible anchors, of all eyes, that the frame before did not see.
+// Share (0 to 1) of the visible anchors, of all eyes, that were not visible in the frame before.
 GSC_HD float updateRate(uint64_t fresh, uint64_t visible)
 {
     return visible > 0 ? float(double(fresh) / double(visible)) : 0.0f;
 }
 
-// Frames that an entry may be drawn after the one that decoded it, from the share of the visible anchors that were not
-// visible in the frame before: the paper's H(update rate). The more of the view is new, the less is reused. The paper
-// names three shapes and no constants: these are ours.
+// Number of frames in which an entry may be drawn after the frame that decoded it: the paper's H(update rate).
+// `update_rate` is updateRate(): the more of the view is new, the less is reused. The paper names three shapes of the
+// function and no constants; the constants are ours.
 GSC_HD uint32_t reuseDepth(DepthGuidance guidance, uint32_t max_depth, float update_rate)
 {
     const float depth = float(max_depth);
@@ -36,7 +36,7 @@ GSC_HD uint32_t reuseDepth(DepthGuidance guidance, uint32_t max_depth, float upd
     return uint32_t(depth * (1.0f - update_rate) + 0.5f);
 }
 
-// True if Gaussians decoded in frame `decoded` may be drawn in `frame`. `depth`: reuseDepth().
+// Returns true if Gaussians decoded in frame `decoded` may be drawn in `frame`. `depth`: reuseDepth().
 GSC_HD bool youngEnough(uint64_t frame, uint64_t decoded, uint32_t depth)
 {
     return frame - decoded <= depth;

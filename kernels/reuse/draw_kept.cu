@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Projects entries to splats, like decode after its networks.
+// Draws strips from their entries: projects the kept Gaussians to splats, as decode does behind its networks.
 #include "kernels/cuda/launch.cuh"
 #include "kernels/reuse/kept_entry.cuh"
 
@@ -10,23 +10,24 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kThreads = 256;
-constexpr uint32_t kBlocksPerProcessor = 3; // 80 registers on sm_90
+// blocks per multiprocessor, which leaves 80 registers to a thread on sm_90
+constexpr uint32_t kBlocksPerProcessor = 3;
 
-// Splat slots of a strip's Gaussians, for a warp that draws it for one eye after the other in shared bins: the slot
-// that the first eye has written the Gaussian to and the second has not come by yet, or kNoSlot.
+// Used with shared bins, where a warp draws a strip for one eye after the other: for each Gaussian of the strip the
+// splat slot to which the first eye wrote it and that the second eye has not drawn yet; kNoSlot if there is none.
 struct Written {
     uint32_t slot[kStaged];
 
     __device__ __forceinline__ uint32_t& of(uint32_t owner) { return slot[(owner & 255u) + (owner >> 8) * kRows]; }
 };
 
-// Cache slot of the entry that an eye draws a strip from, or kNoEntry if the strip is not drawn from an entry.
+// Cache slot of the entry from which an eye draws a strip; kNoEntry if the eye does not draw it from an entry.
 __device__ __forceinline__ uint32_t drawnSlot(const KeepCudaArgs& args, const ListedStrip& strip, uint32_t eye)
 {
     return lanesOfEye(strip.lanes, eye) != 0 ? args.tables.keptSlot(strip.strip, args.merged ? 0 : eye) : kNoEntry;
 }
 
-// Ends the second eye's turn for the Gaussians of a strip that the first eye has written and the second does not draw.
+// Finishes the Gaussians of a strip that the first eye wrote and the second eye does not draw.
 template <bool kCompact>
 __device__ __forceinline__ void finishFirst(const KeepCudaArgs& args, Written& written, uint32_t lane, EyeTally& tally)
 {
@@ -45,14 +46,14 @@ __device__ __forceinline__ void finishFirst(const KeepCudaArgs& args, Written& w
     }
 }
 
-// kCompact: the model is compact. kShared, kThins: DecodeFrame.
+// kCompact: the model is compact. kShared, kThins: as in DecodeFrame.
 template <bool kCompact, bool kShared, bool kThins>
 __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(const __grid_constant__ KeepCudaArgs args)
 {
     const uint32_t lane = threadIdx.x & 31u, g = lane >> 2;
     const uint32_t warp = (blockIdx.x * kThreads + threadIdx.x) >> 5, warps = gridDim.x * kThreads / 32;
     const uint32_t strips = args.tables.counters->strips, room = args.tables.room;
-    // not in registers, where two of them would leave no room for a third block
+    // in shared memory, since in registers two tallies would leave no room for a third block
     __shared__ __align__(8) unsigned char memory[kMaxEyes * kThreads * sizeof(EyeTally)];
     EyeTally* const tallies = reinterpret_cast<EyeTally*>(memory) + threadIdx.x;
     tallies[0] = tallies[kThreads] = EyeTally();
@@ -61,14 +62,14 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
     if constexpr (kShared)
         for (uint32_t i = lane; i < kStaged; i += 32)
             written.slot[i] = kNoSlot;
-    uint32_t positive = 0; // bit per eye
+    uint32_t positive = 0; // a bit for each eye that sees an opacity above zero
     for (uint32_t i = warp; i < strips; i += warps) {
         const ListedStrip strip = args.tables.listed[i];
         const uint32_t slots[kMaxEyes] = {drawnSlot(args, strip, 0), drawnSlot(args, strip, 1)};
         const uint32_t seen_by[2] = {eyesOfRow(strip.lanes, g), eyesOfRow(strip.lanes, g + 8)};
         const bool both = slots[0] != kNoEntry && slots[1] != kNoEntry;
         if (kShared)
-            __syncwarp(); // `written` is used again
+            __syncwarp(); // waits before `written` is used again
 #pragma unroll 1
         for (uint32_t v = 0; v < args.eye_count; ++v) {
             const uint32_t slot = v == 0 ? slots[0] : slots[1];
@@ -83,11 +84,12 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
             keptFactors(args.fraction, i, v, lane, factors);
             const Turns turns = {!both || v == 0, !both || v == 1};
             EyeTally tally = tallies[v * kThreads];
-            if (kShared && v != 0) // eyes that share their bins take splat slots for both from the first eye's
+            if (kShared && v != 0) // with shared bins both eyes take splat slots from the writer of the first eye
                 tally.writer = tallies[0].writer;
 #pragma unroll 1
             for (uint32_t first = 0; first < count; first += 32) {
-                StagedLane staged = loadKept(words, room, first + lane); // room is a multiple of 32
+                // within the entry, since room is a multiple of 32
+                StagedLane staged = loadKept(words, room, first + lane);
                 staged.first = strip.first;
                 const bool some = first + lane < count;
                 if (kShared && !turns.first && some) {

@@ -12,7 +12,7 @@
 
 namespace gsc {
 
-// A lane's own Gaussian in place of a StagedStrip, whose members it has.
+// One Gaussian of a lane, with the members of a StagedStrip, in whose place it is used.
 struct StagedLane {
     float outputs[10], its_opacity;
     uint32_t its_owner, its_slot;
@@ -29,13 +29,13 @@ __device__ __forceinline__ KeptWord* wordsOf(const ReuseTables& tables, uint32_t
     return tables.words + size_t(slot) * kKeptWords * tables.room;
 }
 
-// Eyes that see a row of a strip, from ListedStrip::lanes.
+// Eyes that see a row of a strip, a bit each, from ListedStrip::lanes.
 __device__ __forceinline__ uint32_t eyesOfRow(uint32_t lanes, uint32_t row)
 {
     return (lanes >> row & 1u) | (lanes >> (16 + row) & 1u) << 1;
 }
 
-// Opacity factors of a lane's two rows for an eye.
+// Opacity factors of a lane's two rows for one eye.
 __device__ __forceinline__ void keptFactors(const float* fraction, uint32_t index, uint32_t eye, uint32_t lane,
                                             float (&factors)[2])
 {
@@ -47,7 +47,7 @@ __device__ __forceinline__ void keptFactors(const float* fraction, uint32_t inde
     factors[1] = of[8];
 }
 
-// Writes the staged Gaussians into an entry.
+// Writes the staged Gaussians of a strip into the entry with this cache slot.
 __device__ __forceinline__ void keepGaussians(const ReuseTables& tables, uint32_t slot, const StagedStrip& staged,
                                               uint32_t alive, uint32_t lane)
 {
@@ -63,7 +63,7 @@ __device__ __forceinline__ void keepGaussians(const ReuseTables& tables, uint32_
     }
 }
 
-// Gaussian i of an entry. Precondition: i below the room.
+// Gaussian i of an entry. Precondition: i is below `room`.
 __device__ __forceinline__ StagedLane loadKept(const KeptWord* words, uint32_t room, uint32_t i)
 {
     const KeptWord a = words[i], b = words[room + i], c = words[2 * room + i];

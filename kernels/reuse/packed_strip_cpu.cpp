@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lanes are anchors while a strip is packed, Gaussians while it is drawn.
+// Packs and draws strips on a CPU. Lanes are anchors while a strip is packed, Gaussians while it is drawn.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/reuse/packed_strip_cpu.cpp"
 #include <hwy/foreach_target.h>
@@ -18,7 +18,7 @@ namespace HWY_NAMESPACE {
 using M = hn::Mask<D>;
 using DInt = hn::RebindToSigned<D>;
 
-// Rows of PackScratch while a strip is packed, the living Gaussians one after the other.
+// Rows of PackScratch while a strip is packed; the Gaussians that can be visible lie in them without gaps.
 enum PackRow : uint32_t { kPosition = 0, kFirst = 3, kSecond = kFirst + kStripRows, kPackRows = kSecond + kStripRows };
 
 HWY_INLINE V loadHalf(const uint16_t* from)
@@ -32,7 +32,8 @@ HWY_INLINE V loadSteps(const int8_t* from)
     return hn::ConvertTo(D(), hn::PromoteTo(DInt(), hn::LoadU(d8, from)));
 }
 
-// A power of two at which the scales of a strip fit halves with the most room below.
+// Unit in which the scales of a strip are stored as half floats: a power of two for which the largest one still fits,
+// so that small ones keep the most digits.
 HWY_INLINE float scaleUnit(const StripPack& pack)
 {
     const float* base = pack.fixed + size_t(3) * kStripAnchors * pack.n_offsets;
@@ -47,7 +48,8 @@ HWY_INLINE float scaleUnit(const StripPack& pack)
     return std::ldexp(1.0f, std::clamp(exponent - 15, -100, 100));
 }
 
-// The Gaussians of offset k in the lanes from `first` on that show at any place of the line, appended to the rows.
+// Appends to the rows the Gaussians of offset k that can be visible somewhere between or beyond the keys; of the lanes
+// from `first` on.
 template <bool kTwo>
 HWY_INLINE void gatherLiving(const StripPack& pack, uint32_t k, uint32_t first, V to_unit, PackedStrip& head,
                              PackScratch& scratch, size_t& count)
@@ -65,7 +67,8 @@ HWY_INLINE void gatherLiving(const StripPack& pack, uint32_t k, uint32_t first, 
         head.positive[1] = uint16_t(head.positive[1] | maskBits(hn::And(valid, hn::Gt(last, zero))) << first);
         const V way = hn::Sub(last, opacity);
         const V before = hn::MulAdd(hn::Set(d, kLeastMix), way, opacity);
-        most = hn::Max(before, hn::MulAdd(hn::Set(d, kMostMix), way, opacity)); // the line is highest at an end
+        // opacity is largest at an end, since it is linear between the keys
+        most = hn::Max(before, hn::MulAdd(hn::Set(d, kMostMix), way, opacity));
     }
     const M shows = hn::And(hn::Ge(most, hn::Set(d, kOpacityFloor)), hn::Gt(least, hn::Set(d, kNoOpacity)));
     const M alive = hn::And(valid, shows);
@@ -83,7 +86,8 @@ HWY_INLINE void gatherLiving(const StripPack& pack, uint32_t k, uint32_t first, 
             const V extent = hn::Mul(hn::LoadU(d, base + size_t(row - kScaleRow) * kStripAnchors), to_unit);
             v = hn::Mul(v, extent);
             w = hn::Mul(w, extent);
-            // a Gaussian that comes from nothing may not make the steps coarse
+            // at least a quarter of the second key's scale: differences are relative to the first key, and that of a
+            // Gaussian that grows from almost nothing would make the steps of its whole cell coarse
             v = hn::Max(v, hn::Mul(w, hn::Set(d, 0.25f)));
         }
         append(v, kFirst + row);
@@ -98,7 +102,7 @@ HWY_INLINE void gatherLiving(const StripPack& pack, uint32_t k, uint32_t first, 
     count += hn::CountTrue(d, alive);
 }
 
-// Differences of `count` rows as steps. Returns the step.
+// Stores the differences of `count` rows as steps in `to`. Returns the size of a step.
 HWY_INLINE float storeSteps(float (*difference)[kCellGaussians], uint32_t count, int8_t (*to)[kCellGaussians])
 {
     const D d;
@@ -154,7 +158,7 @@ HWY_INLINE void storeFirst(const float* rows, size_t stride, const uint16_t* ori
     std::copy_n(origins, kCellGaussians, cell.origin);
 }
 
-// Fills up the last cell: opacity -1 at both keys, the rest 0.
+// Fills up the last cell with Gaussians of opacity -1 at both keys; their other values are 0.
 void fillUp(uint32_t n_offsets, size_t count, PackScratch& scratch)
 {
     const size_t stride = packStride(n_offsets);
@@ -197,7 +201,7 @@ uint32_t packStrip(const StripPack& pack, PackScratch& scratch, std::byte* packe
     return pack.keys[1] != nullptr ? packKeys<true>(pack, scratch, packed) : packKeys<false>(pack, scratch, packed);
 }
 
-// Parameters of drawing a strip in a frame, the same for each of its cells.
+// Parameters with which a strip is drawn in a frame, equal for all of its cells.
 struct Mixing {
     V t, unit;
     uint32_t lanes;
@@ -205,7 +209,7 @@ struct Mixing {
     uint32_t n_offsets, first_origin;
 };
 
-// Values of Gaussians i and on of a cell at the place of the mix.
+// Values of a cell's Gaussians from Gaussian i on, at the place between the keys.
 template <bool kTwo>
 struct MixedCell {
     const FirstCell& a;
@@ -220,7 +224,8 @@ struct MixedCell {
             return first;
         return hn::MulAdd(t, hn::Sub(loadHalf(b->opacity + i), first), first);
     }
-    // Row `row`, between both keys. `weight`: factor of the difference; relative: the difference is a share of the first key.
+    // Values of a row between both keys. `weight`: factor of the stored difference; relative: the difference is a share
+    // of the first key's value.
     HWY_INLINE V operator()(uint32_t row, V weight, bool relative = false) const
     {
         const V first = loadHalf(a.key[row] + i);
@@ -234,7 +239,7 @@ struct MixedCell {
     }
 };
 
-// `put` stores a vector's living Gaussians.
+// Appends the visible Gaussians of a vector to `block`. `put` stores their values in an array.
 template <bool kTwo, class Put>
 HWY_INLINE void appendCell(const Mixing& mixing, const MixedCell<kTwo>& cell, V opacity, const GaussianBlock& block,
                            Put&& put)
@@ -250,7 +255,7 @@ HWY_INLINE void appendCell(const Mixing& mixing, const MixedCell<kTwo>& cell, V 
     V q[4];
     for (uint32_t i = 0; i < 4; ++i)
         q[i] = cell(kRotationRow + i, rotation);
-    // note: normalised again even where nothing is mixed, because of the halves
+    // note: normalised again even with one key, because of the rounding to half floats
     const V norm = hn::MulAdd(q[0], q[0], hn::MulAdd(q[1], q[1], hn::MulAdd(q[2], q[2], hn::Mul(q[3], q[3]))));
     const V inverse = reciprocalSqrt(d, hn::Max(norm, hn::Set(d, 1e-12f)));
     for (int i = 0; i < 4; ++i)
@@ -304,7 +309,8 @@ void mixCells(const StripMix& mix, GaussianBlock& result)
     const auto* second = reinterpret_cast<const SecondCell*>(first + head.cells);
     const Mixing mixing{hn::Set(d, mix.t), hn::Set(d, head.scale_unit), mix.lanes, mix.fraction, mix.n_offsets,
                         mix.first_origin};
-    GaussianBlock block = result; // note: a copy, so that stores through its pointers cannot be taken to change it
+    // note: a local copy; otherwise the compiler must assume that stores through its pointers change it
+    GaussianBlock block = result;
     for (uint32_t c = 0, cells = head.cells; c < cells; ++c)
         mixCell<kTwo>(mixing, first[c], kTwo ? second + c : nullptr, block);
     result.count = block.count;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// FrameView::Age of a frame with reuse. After decoding: the entries that it filled are of this frame.
+// Paints FrameView::Age of a frame with reuse. Runs after decoding, so entries decoded in this frame have age 0.
 #include "kernels/present/paint.cuh"
 #include "kernels/reuse/reuse_stages_cuda.h"
 
@@ -13,7 +13,7 @@ __global__ void __launch_bounds__(kPaintThreads) paintKeptKernel(const __grid_co
         const uint32_t strip = args.paint.origins[source] / kStripAnchors;
         const uint32_t slot = args.tables.keptSlot(strip, args.merged ? 0 : eye);
         return ageColour(slot == kNoEntry ? 0u
-                                          // a strip without an entry is new
+                                          // a strip without an entry was decoded in this frame, so its age is 0
                                           : args.frame - args.tables.entries[slot].decoded);
     });
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decides which listed strips are drawn as they are kept and which are decoded again, by depth.h: a lane each.
+// Decides which listed strips are drawn from their entries and which are decoded again, by the rule of depth.h; each
+// lane takes a strip.
 #include "kernels/cuda/launch.cuh"
 #include "kernels/cuda/warp_list.cuh"
 #include "kernels/reuse/reuse_cuda.h"
@@ -12,10 +13,10 @@ constexpr uint32_t kThreads = 256;
 constexpr uint32_t kBlocksPerProcessor = 4;
 
 struct Tally {
-    uint32_t decoded[kMaxEyes] = {}, reused[kMaxEyes] = {}; // per lane
+    uint32_t decoded[kMaxEyes] = {}, reused[kMaxEyes] = {}; // counts of this lane, in anchors
 };
 
-// Lists `want`, unless no eye draws it. All lanes of the warp call it together.
+// Appends `want` to the list, unless no eye draws it. All lanes of the warp call it together.
 __device__ void addWant(const ReuseTables& tables, const Want& want)
 {
     const uint32_t at = appendPlace(want.eyes != 0, threadIdx.x & 31u, &tables.counters->wants);
@@ -23,7 +24,7 @@ __device__ void addWant(const ReuseTables& tables, const Want& want)
         tables.wants[at] = want;
 }
 
-// Decides for the eyes, bits of `eyes`, that are to draw the entry `id`. Returns those it is to be decoded for.
+// Decides for the eyes (a bit each) that draw from the entry `id`. Returns those for which the strip must be decoded.
 __device__ uint32_t decide(const ScheduleCudaArgs& args, const ListedStrip& listed, uint32_t id, uint32_t eyes,
                            uint32_t depth, Tally& tally)
 {
@@ -33,7 +34,7 @@ __device__ uint32_t decide(const ScheduleCudaArgs& args, const ListedStrip& list
     const bool own = entry.owner == id, due = !own || !youngEnough(args.now.frame, entry.decoded, depth);
     if (own)
         entry.used = args.now.frame;
-    bool decodes = due; // a decode for both eyes counts for the first that draws it
+    bool decodes = due; // a decode for both eyes counts for the first eye that draws it
 #pragma unroll
     for (uint32_t e = 0; e < kMaxEyes; ++e) {
         if ((eyes >> e & 1u) == 0)
@@ -55,11 +56,11 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
     const uint32_t depth = reuseDepth(now.guidance, now.max_depth, updateRate(counters.fresh, visible));
     const uint32_t lane = threadIdx.x & 31u, strips = counters.strips;
     Tally tally;
-    // whole warps stay in the loop: they append together
+    // all lanes of a warp stay in the loop, since they append together
     for (uint32_t base = blockIdx.x * kThreads + threadIdx.x - lane; base < strips; base += gridDim.x * kThreads) {
         const uint32_t i = base + lane;
         Want want{};
-        uint32_t all = 0; // eyes that see the strip
+        uint32_t all = 0; // eyes that see the strip, a bit each
         if (i < strips) {
             want.strip = tables.listed[i];
             all = (lanesOfEye(want.strip.lanes, 0) != 0 ? 1u : 0u) | (lanesOfEye(want.strip.lanes, 1) != 0 ? 2u : 0u);
@@ -78,8 +79,8 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
     }
 }
 
-// Lets strips that want a cache slot claim theirs, if the entry in it was not drawn in this frame; of several the first
-// in the file wins.
+// Lets strips that want a cache slot claim theirs, unless the entry in it was drawn in this frame; if several claim a
+// slot, the first in the file gets it.
 __global__ void __launch_bounds__(kThreads) claimKernel(const __grid_constant__ ScheduleCudaArgs args)
 {
     const ReuseTables& tables = args.tables;

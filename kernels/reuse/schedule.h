@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decides which anchors must be decoded again, by how far the view of a strip has moved since it was decoded.
+// Predicts which anchors must be decoded again, from how far the camera has moved since their strip was decoded.
 #pragma once
 
 #include "kernels/reuse/depth.h"
@@ -9,32 +9,33 @@
 
 namespace gsc {
 
-// Some anchors show nothing to any probe and something to a camera: none is taken for blind. Below half of 1/255 for
-// any change of direction.
+// Smallest sensitivity that counts: some anchors show nothing to any probe but something to a camera, so none is taken
+// as insensitive. It predicts less than half of 1/255 for any change of direction.
 constexpr float kLeastSensitivity = 1e-3f;
 
-// Positions of a strip's anchors and the values that scheduling needs. Lanes past the last anchor repeat it.
+// Positions of a strip's anchors, and values that tell how long they are kept. Lanes behind the last anchor repeat it.
 struct alignas(64) StripAnchors {
-    float x[kStripAnchors], y[kStripAnchors], z[kStripAnchors]; // world units
-    float direction[kStripAnchors]; // SENS: change per unit of view direction, 1 = full scale
-    float distance[kStripAnchors];  // SENS: change per relative change of distance
+    float x[kStripAnchors], y[kStripAnchors], z[kStripAnchors]; // positions of the anchors, world units
+    float direction[kStripAnchors]; // from SENS: change per unit of change of the view direction, 1 = full scale
+    float distance[kStripAnchors];  // from SENS: change per relative change of the distance, 1 = full scale
 };
 
-// Value of a half that is finite and not negative: halfToFloat() without its special cases.
+// Value of a half float that is finite and not negative; halfToFloat() without its special cases.
 inline float halfValue(uint16_t half)
 {
     return std::bit_cast<float>(uint32_t(half) << 13) * 0x1p112f;
 }
 
-// Strip `strip` of `group`, one with an anchor. `sensitivity` as ModelView's: two halves per anchor in file order.
+// Loads number `strip` of the strips in `group`, which has at least one anchor. `sensitivity`: as in ModelView, two
+// half floats for each anchor in file order.
 void loadStripAnchors(const ModelView& model, const uint16_t* sensitivity, const GroupRecord& group, uint32_t strip,
                       StripAnchors& anchors);
 
-// Largest predicted change, 1 = full scale, over the anchors with a bit in `lanes`, when the camera went from `c0` to
-// `c1` (world units). +infinity where it cannot be told. See predictedChange().
+// Largest predictedChange(), 1 = full scale, of the anchors with a bit in `lanes`, when the camera has moved from `c0`
+// to `c1` (world units). +infinity if it is not known.
 float stripError(const StripAnchors& anchors, uint32_t lanes, const float* c0, const float* c1);
 
-// Reach of all of a strip's anchors, for cameras about `center`, world units.
+// Reach of all anchors of a strip, for cameras near `center`, world units.
 StripReach stripReach(const StripAnchors& anchors, const float* center);
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lanes are anchors.
+// Computes the values of schedule.h on a CPU; each lane takes an anchor.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/reuse/schedule_cpu.cpp"
 #include <hwy/foreach_target.h>

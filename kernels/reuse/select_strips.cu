@@ -7,7 +7,7 @@ namespace gsc {
 
 namespace {
 
-// One entry per strip with a visible anchor.
+// Lists visible strips, for the kernel in anchor_kernel.cuh: one entry for each strip with a visible anchor.
 struct ListStrips {
     using Args = StripSelectArgs;
 
@@ -18,7 +18,7 @@ struct ListStrips {
 
     static __device__ __forceinline__ uint32_t* length(const Args& args) { return &args.tables.counters->strips; }
 
-    // Anchors that the frame before did not see, of both eyes.
+    // Anchors of a strip, for both eyes a bit each, that were not visible in the frame before.
     static __device__ __forceinline__ uint32_t freshLanes(const Args& args, const ListedStrip& listed)
     {
         const SeenStrip before = args.tables.seen[(args.frame - 1) & 1u][listed.strip];
@@ -29,7 +29,7 @@ struct ListStrips {
     static __device__ __forceinline__ uint32_t list(const Args& args, const WarpOfGroup& warp, const float* fraction)
     {
         const uint32_t lane = threadIdx.x & 31u;
-        if ((warp.any >> (lane & 16u) & 0xffffu) == 0) // no anchor of this lane's strip is visible
+        if ((warp.any >> (lane & 16u) & 0xffffu) == 0) // true if no anchor of this lane's strip is visible
             return 0;
         const uint32_t slot = warp.slot + (lane < 16 ? 0u : uint32_t((warp.any & 0xffffu) != 0));
         if (args.fraction != nullptr)

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Gaussians of a strip that frames with reuse draw, for one eye after the other.
+// Draws the Gaussians of a strip in frames with reuse, for one eye after the other.
 #pragma once
 
 #include "kernels/decode/fast/emit.cuh"
 
 namespace gsc {
 
-constexpr uint32_t kStaged = kRows * 4 * kItemsPerLane; // Gaussians of a strip at most
+constexpr uint32_t kStaged = kRows * 4 * kItemsPerLane; // largest number of Gaussians in a strip
 
-// Outputs of the networks for the living Gaussians of a strip, packed without gaps so that projecting them keeps every
-// lane busy.
+// Outputs of the networks for the Gaussians of a strip that are drawn, stored without gaps, so that projecting them
+// keeps every lane busy.
 struct StagedStrip {
-    float outputs[10][kStaged]; // the arguments of emitGaussian()
+    float outputs[10][kStaged]; // outputs of the networks, in the order in which emitGaussian() takes them
     float opacities[kStaged];
-    uint16_t owners[kStaged]; // row | k << 8
-    uint32_t slots[kStaged];  // in shared bins: splat slot that the first eye wrote it to, or kNoSlot
-    uint32_t first;           // anchor of the strip
+    uint16_t owners[kStaged]; // row | k << 8: row of the Gaussian's anchor, number of its slot
+    uint32_t slots[kStaged];  // with shared bins: the splat slot to which the first eye wrote the Gaussian, or kNoSlot
+    uint32_t first;           // number of the strip's first anchor
 
     __device__ __forceinline__ float output(uint32_t which, uint32_t i) const { return outputs[which][i]; }
     __device__ __forceinline__ float opacity(uint32_t i) const { return opacities[i]; }
@@ -23,14 +23,15 @@ struct StagedStrip {
     __device__ __forceinline__ uint32_t& slot(uint32_t i) { return slots[i]; }
 };
 
-// Turn of one eye at a staged strip, where the eyes share their bins.
+// Order of the eyes when they share bins and draw a staged strip one after the other: which eye this is.
 struct Turns {
-    bool first; // marks the staged Gaussians as not yet written by any eye
-    bool last;  // no eye is to follow
+    bool first; // true for the first eye: no eye has written the staged Gaussians yet
+    bool last;  // true if no other eye follows
 };
 
-// Emits those of the `count` staged Gaussians that one eye sees. seen_by, factors: of this lane's rows, eyes and opacity
-// factor. kShared: the first eye leaves in the slots what it wrote. Staged: StagedStrip, or what has its members.
+// Emits those of the `count` staged Gaussians that one eye sees. seen_by, factors: of the two rows of this lane, the
+// eyes that see them and their opacity factors. kShared: the first eye leaves in staged.slot(i) where it wrote each Gaussian.
+// Staged: StagedStrip, or a type with its members.
 template <bool kCompact, bool kShared, bool kThins, typename Staged>
 __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t e, Staged& staged, uint32_t count,
                                            const Turns& turns, const uint32_t (&seen_by)[2], const float (&factors)[2],

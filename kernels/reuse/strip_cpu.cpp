@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lanes are anchors.
+// Decodes strips on a CPU; each lane takes an anchor.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/reuse/strip_cpu.cpp"
 #include <hwy/foreach_target.h>
@@ -14,7 +14,7 @@ namespace HWY_NAMESPACE {
 
 using M = hn::Mask<D>;
 
-// Positions and base scales of the anchors of a batch that starts at lane `first` of the strip.
+// Writes positions and base scales for a vector of anchors, which begins at anchor `first` of the strip.
 HWY_INLINE void storeFixed(const Batch& batch, uint32_t K, uint32_t first, float* fixed)
 {
     const D d;
@@ -22,7 +22,7 @@ HWY_INLINE void storeFixed(const Batch& batch, uint32_t K, uint32_t first, float
         const uint32_t axis = row % 3;
         const V offset = hn::Load(d, batch.offset + size_t(row) * kMaxLanes);
         const V extent = hn::Load(d, batch.scale + axis * kMaxLanes);
-        // note: two roundings, as in decodeBlockCpu()
+        // note: rounds twice, as decodeBlockCpu() does
         hn::StoreU(hn::Add(hn::Load(d, batch.position + axis * kMaxLanes), hn::Mul(offset, extent)), d,
                    fixed + size_t(row) * kStripAnchors + first);
     }
@@ -31,7 +31,7 @@ HWY_INLINE void storeFixed(const Batch& batch, uint32_t K, uint32_t first, float
                    fixed + (size_t(3) * K + axis) * kStripAnchors + first);
 }
 
-// One offset of a batch: kStripRows rows from `key` on.
+// Writes offset k of a vector of anchors: kStripRows rows from `key` on.
 HWY_INLINE void storeOffset(const DecodeArgs& args, const PackedMlpHeader& packed, const Batch& batch, uint32_t k,
                             V opacity, uint16_t* key)
 {
@@ -41,7 +41,7 @@ HWY_INLINE void storeOffset(const DecodeArgs& args, const PackedMlpHeader& packe
     offsetHeads(d, *args.model, packed, batch.hidden + H, batch.hidden + 2 * H, k, head);
     M drawn = hn::Eq(opacity, opacity);
     if ((args.model->params->flags & kModelMaskedSlots) != 0) {
-        const V x = hn::Load(d, batch.offset + size_t(3) * k * kMaxLanes); // NaN of a masked slot
+        const V x = hn::Load(d, batch.offset + size_t(3) * k * kMaxLanes); // NaN if the slot is masked
         drawn = hn::And(drawn, hn::Eq(x, x));
     }
     storeHalf(hn::IfThenElse(drawn, opacity, hn::Set(d, kNoOpacity)), key);

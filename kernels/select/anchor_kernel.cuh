@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The anchors of the visible groups, one thread each, by upstream's own test. `Lists` says what is listed of them:
+// Tests the anchors of the visible groups as the trainers' code does, one thread for each anchor. `Lists` decides what
+// is listed of them:
 //   Args            arguments of the kernel, derived from SelectCudaArgs
 //   entries(any)    entries of a warp whose visible anchors are `any`
 //   length(args)    where the length of the list is counted
@@ -17,19 +18,19 @@
 namespace gsc {
 
 constexpr uint32_t kAnchorThreads = kGroupSize;
-constexpr uint32_t kAnchorResident = 9; // blocks that a multiprocessor holds: 56 registers
+constexpr uint32_t kAnchorResident = 9; // blocks that a multiprocessor holds, which leaves 56 registers to a thread
 
-// A thread's anchor in its group, and the lanes of its warp whose anchors are seen.
+// Anchor of a thread in its group, and lanes of the warp whose anchors are seen.
 struct WarpOfGroup {
     const GroupRecord& group;
-    uint32_t index;            // index of the group
-    uint32_t anchor;           // anchor of this thread
-    uint32_t eyes;             // eyes that see it, a bit each
-    uint32_t any, left, right; // lanes of the warp that some eye, the first and the second see
-    uint32_t slot;             // slot of the warp's first entry
+    uint32_t index;            // number of the group
+    uint32_t anchor;           // number of this thread's anchor
+    uint32_t eyes;             // eyes that see the anchor, a bit each
+    uint32_t any, left, right; // lanes, a bit each, whose anchors are seen by any eye, by the first, the second
+    uint32_t slot;             // index in the list of the warp's first entry
 };
 
-// Counts visible anchors at the depth of one of them.
+// Adds `count` visible anchors to the depth histogram, all at the depth of one of them.
 __device__ __forceinline__ void addDepth(const SelectCudaArgs& args, uint32_t eye, const float4& placement,
                                          uint32_t count)
 {
@@ -70,7 +71,7 @@ __global__ void __launch_bounds__(kAnchorThreads, kAnchorResident)
             seen[0] += __popc(left);
             seen[1] += __popc(right);
         }
-        // a group is compact: the first of a warp's anchors stands for all
+        // a group is compact, so the first visible anchor of a warp gives the depth of all
 #pragma unroll
         for (uint32_t e = 0; e < kMaxEyes; ++e) {
             const uint32_t mask = e == 0 ? left : right;
@@ -89,7 +90,7 @@ __global__ void __launch_bounds__(kAnchorThreads, kAnchorResident)
         for (uint32_t w = 0; w < warp; ++w)
             slot += warp_count[w];
         noted += Lists::list(args, WarpOfGroup{group, index, anchor, eyes, any, left, right, slot}, fraction);
-        __syncthreads(); // before shared memory is written again
+        __syncthreads(); // waits before shared memory is written again
     }
     for (uint32_t e = 0; e < kMaxEyes; ++e)
         if (seen[e] != 0)
@@ -97,11 +98,12 @@ __global__ void __launch_bounds__(kAnchorThreads, kAnchorResident)
     Lists::finish(args, noted);
 }
 
-// Asynchronous.
+// Launches the test of all anchors of the visible groups. Asynchronous.
 template <typename Lists>
 void launchAnchors(const typename Lists::Args& args, uint32_t processors, CUstream_st* stream)
 {
-    // sized by capacity: the count is still on its way, and blocks without a group leave at once
+    // as many blocks as the groups of the model need, since the number of visible groups is not known on the host yet;
+    // blocks without a group end at once
     const uint32_t blocks =
         std::max(std::min(uint32_t(args.model.params.group_count), processors * kAnchorResident), 1u);
     launchCuda(anchorKernel<Lists>, blocks, kAnchorThreads, 0, stream, args);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conservative tests of a box of anchors against an eye: true only if testAnchor() is false for every anchor inside.
+// Tests of a box of anchors against an eye: they reject a box only if testAnchor() is false for every anchor in it.
 #pragma once
 
 #include "kernels/math/band.h"
@@ -10,16 +10,16 @@
 namespace gsc {
 
 struct EyeBounds {
-    BoundPlane planes[5]; // near, left, right, top, bottom
+    BoundPlane planes[5]; // planes of the near limit, left, right, top and bottom
     float center[3];
-    // Everything about LOD but the distance, see rejectsLevel().
+    // all that the choice of levels depends on except the distance, see rejectsLevel()
     float lod_bias, lod_fade;
 };
 
-// Planes that hold for any anchor whose ellipsoid has no standard deviation above sigma. With t the view-space
-// point, the radius of 7.3 is at most 3 sqrt(sigma^2 G / z^2 + 0.62) + 1 <= 3 sigma sqrt(G) / z + 3.5 (G bounds the
-// squared Jacobian, whose slope is clamped 1.3 tan from the image's middle), and upstream drops the anchor if X + r < 1 or X - r >= 16 grid.
-// Multiplied by z > 0 both are linear in the point.
+// Planes for all anchors whose ellipsoid has no standard deviation above sigma. With t the point in view space, the
+// radius of format facts 7.3 is at most 3 sqrt(sigma^2 G / z^2 + 0.62) + 1 <= 3 sigma sqrt(G) / z + 3.5. G bounds the
+// square of the Jacobian, whose slope is clamped at 1.3 tan from the image's middle. The trainers' code drops the
+// anchor if X + r < 1 or X - r >= 16 grid. Multiplied by z > 0, both conditions are linear in the point.
 GSC_HD EyeBounds eyeBounds(const EyeParams& eye, const RasterConstants& rules, float lod_bias, float lod_fade)
 {
     EyeBounds bounds{};
@@ -57,7 +57,7 @@ GSC_HD bool rejectsBox(const EyeBounds& eye, const float* box_min, const float* 
     return false;
 }
 
-// True if every anchor of the box lies on a finer level than is chosen at its nearest point.
+// Returns true if every anchor in the box has a finer level than the one chosen at the nearest point of the box.
 GSC_HD bool rejectsLevel(const ModelParams& params, const EyeBounds& eye, int32_t level, const float* box_min,
                          const float* box_max, float extra_max)
 {

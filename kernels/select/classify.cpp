@@ -11,7 +11,7 @@ HWY_BEFORE_NAMESPACE();
 namespace gsc {
 namespace HWY_NAMESPACE {
 
-// Value and magnitude of a plane at points.
+// Value of a plane at points, and `magnitude`, the sum of the magnitudes of its terms.
 HWY_INLINE V planeValue(D d, const BoundPlane& plane, V x, V y, V z, V sigma, V& magnitude)
 {
     const V px = hn::Mul(hn::Set(d, plane.n[0]), x), py = hn::Mul(hn::Set(d, plane.n[1]), y);
@@ -21,7 +21,7 @@ HWY_INLINE V planeValue(D d, const BoundPlane& plane, V x, V y, V z, V sigma, V&
     return hn::Add(hn::Add(hn::Add(px, py), hn::Add(pz, offset)), reach);
 }
 
-// note: every comparison is false for NaN, which leaves the anchor to the exact test
+// note: each comparison is false for NaN, so that the exact test decides about the anchor
 void classify(const EyeClassifier& eye, const LodClassifier& lod, const GroupLanes& lanes, Classes& classes)
 {
     const D d;
@@ -84,7 +84,7 @@ EyeClassifier eyeClassifier(const ModelParams& params, const EyeParams& eye, con
     const uint32_t size[2] = {eye.width, eye.height};
     for (int axis = 0; axis < 2; ++axis)
         for (int side = 0; side < 2; ++side) {
-            // pixel 0 <= X <= size - 1, times z: the square round such a pixel touches its tile
+            // plane of pixels 0 <= X <= size - 1, times z: the square round such a pixel touches a tile of the image
             BoundPlane& plane = classifier.inside[2 * axis + side];
             const float sign = side == 0 ? focal[axis] : -focal[axis];
             const float slope = 0.5f * (float(size[axis]) - 1) - sign * tan_mid[axis];
@@ -96,8 +96,8 @@ EyeClassifier eyeClassifier(const ModelParams& params, const EyeParams& eye, con
         classifier.depth[i] = w[8 + i];
     classifier.depth_min = rules.near_z * 1.0001f + 1e-6f;
     classifier.depth_max = 1e9f;
-    // Variances of at most M square pixels: the exact determinant is at least 0.3 (a + c) and its rounding about
-    // 20 epsilon a c, so it cannot vanish below M = 2.5e5; 100 pixels of sigma stay far from that.
+    // Limits sigma to 100 pixels. If variances are at most M square pixels, the exact determinant is at least 0.3 (a +
+    // c) and its rounding about 20 epsilon a c, so that it cannot vanish below M = 2.5e5.
     classifier.sigma_slope = 100.0f * 3.0f / classifier.bounds.planes[1].sigma_factor;
     const float* q = params.constant_rotation;
     const float norm = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
@@ -113,7 +113,7 @@ LodClassifier lodClassifier(const ModelParams& params, int32_t level, float lod_
     lod.by_distance = rule != LevelRule::None && level > 0;
     if (!lod.by_distance)
         return lod;
-    // smallest prediction that chooses the level
+    // lowest: smallest predicted level at which this level is shown
     const float ramp = rule == LevelRule::Progressive ? 0.0f : lod_fade;
     const float lowest = float(level) - switchOffset(rule) - 0.5f * ramp;
     lod.slope = std::log(float(params.fork));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A quick look at a group's anchors that settles most of them; the rest take the exact test.
+// Quick test of a group's anchors that decides about most of them; the others need the exact test.
 #pragma once
 
 #include "kernels/select/bounds.h"
@@ -11,28 +11,30 @@ struct GroupLanes {
     alignas(64) float x[kGroupSize];
     alignas(64) float y[kGroupSize];
     alignas(64) float z[kGroupSize];
-    alignas(64) float log_sigma[kGroupSize]; // largest of scale_0..2, NaN if any is
+    alignas(64) float log_sigma[kGroupSize]; // largest of the logarithmic scale[0..2], NaN if one of them is NaN
     alignas(64) float extra_level[kGroupSize];
     uint32_t count;
 };
 
 struct EyeClassifier {
     EyeBounds bounds;
-    BoundPlane inside[4]; // a point with positive values projects into the image, if it lies in front
-    float depth[4];       // row of the view matrix that gives view z
+    // planes: a point with positive values at all of them projects into the image, if it lies in front of the eye
+    BoundPlane inside[4];
+    float depth[4]; // row of the view matrix that gives view z
     float depth_min, depth_max;
     float sigma_slope; // largest sigma / z for which no determinant can round to zero
-    bool usable;       // false: every anchor takes the exact test
+    bool usable;       // false: every anchor needs the exact test
 };
 
-// Rounding of the quick arithmetic stays below these.
-constexpr float kPlaneSlack = 1e-5f; // error of a sum, in magnitudes of its summands
-constexpr float kLodSlack = 3e-3f;   // error of ln(distance)
+// Bounds of the rounding errors of the quick test.
+constexpr float kPlaneSlack = 1e-5f; // largest error of a sum, relative to the magnitudes of its terms
+constexpr float kLodSlack = 3e-3f;   // largest error of ln(distance)
 
 struct LodClassifier {
-    bool by_distance;   // else kept at any distance
-    float shift;        // lodShift() of the level
-    float limit, slope; // kept iff ln(distance) <= limit + slope * extra_level, up to kLodSlack; limit: -inf = never
+    bool by_distance; // false: anchors are kept at any distance
+    float shift;      // lodShift() of the level, world units
+    // an anchor is kept if ln(distance) <= limit + slope * extra_level, up to kLodSlack; limit: -inf = never
+    float limit, slope;
 };
 
 EyeClassifier eyeClassifier(const ModelParams& params, const EyeParams& eye, const RasterConstants& rules,
@@ -40,11 +42,11 @@ EyeClassifier eyeClassifier(const ModelParams& params, const EyeParams& eye, con
 LodClassifier lodClassifier(const ModelParams& params, int32_t level, float lod_bias, float lod_fade);
 
 struct Classes {
-    uint64_t hidden[kGroupSize / 64];  // testAnchor() is false
-    uint64_t visible[kGroupSize / 64]; // testAnchor() is true
+    uint64_t hidden[kGroupSize / 64];  // a bit for each anchor: testAnchor() is false
+    uint64_t visible[kGroupSize / 64]; // a bit for each anchor: testAnchor() is true
 };
 
-// lanes.* beyond count, up to the next multiple of 16, must be readable.
+// Classifies the anchors of a group. Elements of `lanes` beyond `count`, up to a multiple of 16, must be readable.
 void classifyGroup(const EyeClassifier& eye, const LodClassifier& lod, const GroupLanes& lanes, Classes& classes);
 
 } // namespace gsc

@@ -11,7 +11,7 @@ namespace {
 
 constexpr uint32_t kThreads = 256;
 constexpr uint32_t kBlocksPerProcessor = 4;
-constexpr uint32_t kAtOnce = 4; // entries of a lane, so that their loads are under way together
+constexpr uint32_t kAtOnce = 4; // entries that a lane reads at once, so that their loads are under way together
 
 __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
     passListKernel(const __grid_constant__ PassListArgs args)
@@ -26,7 +26,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
 #pragma unroll
         for (uint32_t i = 0; i < kAtOnce; ++i) {
             const uint32_t at = first + 32 * i + lane;
-            entries[i] = at < count ? args.visible[at] : 0u; // 0: no anchor
+            entries[i] = at < count ? args.visible[at] : 0u; // an entry of 0 means no anchor
         }
 #pragma unroll
         for (uint32_t i = 0; i < kAtOnce; ++i) {

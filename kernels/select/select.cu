@@ -11,8 +11,9 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kGroupThreads = 256;
-constexpr uint32_t kGroupBlocks = 4;            // resident on a multiprocessor: 64 registers
-constexpr uint32_t kRunsAtOnce = 32 / kMaxEyes; // a lane tests the chunk of one run for one eye
+constexpr uint32_t kGroupBlocks = 4; // blocks that a multiprocessor holds, which leaves 64 registers to a thread
+// runs that a warp tests at once: each lane tests the chunk of one run for one eye
+constexpr uint32_t kRunsAtOnce = 32 / kMaxEyes;
 constexpr uint32_t kAllEyes = (1u << kMaxEyes) - 1;
 
 __global__ void __launch_bounds__(kGroupThreads, kGroupBlocks) groupKernel(const __grid_constant__ SelectCudaArgs args)
@@ -22,10 +23,12 @@ __global__ void __launch_bounds__(kGroupThreads, kGroupBlocks) groupKernel(const
     if (blockIdx.x == 0 && threadIdx.x == 0 && !args.columns.all()) {
         args.counters->columns = args.columns;
         for (uint32_t e = 0; e < kMaxEyes; ++e)
-            args.counters->any_positive[e] = 1; // anchors of other columns are not tested: some may be positive
+            // anchors of other columns are not tested, and some may have an opacity above zero
+            args.counters->any_positive[e] = 1;
     }
     uint32_t groups[kMaxEyes] = {}, anchors[kMaxEyes] = {};
-    // whole warps stay in the loop: they vote. A warp has every `warps`-th run, so that each has one where they are few
+    // all lanes of a warp stay in the loop, since they vote. A warp takes every run whose distance from its first is a
+    // multiple of `warps`, so that each warp has one even if runs are few
     for (uint32_t first = blockIdx.x * (kGroupThreads / 32) + (threadIdx.x >> 5); first < args.run_count;
          first += warps * kRunsAtOnce) {
         const uint32_t mine = first + lane / kMaxEyes * warps, eye = lane % kMaxEyes;
@@ -64,7 +67,7 @@ __global__ void __launch_bounds__(kGroupThreads, kGroupBlocks) groupKernel(const
     }
 }
 
-// One entry per anchor.
+// Lists visible anchors, for the kernel in anchor_kernel.cuh: one entry for each anchor.
 struct ListAnchors {
     using Args = SelectCudaArgs;
 
@@ -96,7 +99,7 @@ struct ListAnchors {
 
 void selectGroupsCuda(const SelectCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    constexpr uint32_t kRuns = kGroupThreads / 32; // a warp each
+    constexpr uint32_t kRuns = kGroupThreads / 32; // runs of a block, one for each warp
     const uint32_t blocks = std::max(std::min((args.model.run_count + kRuns - 1) / kRuns, 8 * processors), 1u);
     launchCuda(groupKernel, blocks, kGroupThreads, 0, stream, args);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Selection of anchors that eyes see, on a CPU: LOD mask, then the rasteriser's own visibility test (format facts 5).
+// Selects the anchors that eyes see, on a CPU: by level first, then by the visibility test of the trainers' rasteriser
+// (format facts 5).
 #pragma once
 
 #include "kernels/simd/buffer.h"
@@ -14,20 +15,20 @@ class Workers;
 
 struct VisibleAnchor {
     uint32_t chunk;
-    uint32_t local;           // in its chunk
-    uint32_t eyes;            // bit e: visible to eye e
-    float fraction[kMaxEyes]; // opacity factor per eye, 1 unless levelsFade()
+    uint32_t local;           // number of the anchor in its chunk
+    uint32_t eyes;            // bit e is set if the anchor is visible to eye e
+    float fraction[kMaxEyes]; // opacity factor for each eye, 1 unless levelsFade()
 };
 
 struct SelectArgs {
     const ModelView* model;
-    const EyeParams* eyes; // their centres are where levels are chosen from, and serve nothing else
+    const EyeParams* eyes; // eyes from whose centres levels are chosen; nothing else of them is used
     uint32_t eye_count;
     RasterConstants rules;
     float lod_bias;
     float lod_fade = 0;
     ColumnRange
-        columns{}; // columns of tiles that are drawn: an anchor is visible only if its Gaussians can touch one of them
+        columns{}; // columns that are drawn: an anchor is visible only if its Gaussians can touch a tile of them
 };
 
 struct SelectCounts {
@@ -36,36 +37,36 @@ struct SelectCounts {
     uint64_t anchors_visible[kMaxEyes];
 };
 
-// Groups that may hold a visible anchor, and which of their anchors do. Scratch of selectCpu().
+// A group that may hold a visible anchor, and a bit for each of its anchors that is visible. Scratch of selectCpu().
 struct GroupMask {
     uint32_t group;
-    uint32_t first; // visible anchors of the groups before
+    uint32_t first; // number of visible anchors in the groups before this one
     uint64_t visible[kMaxEyes][kGroupSize / 64];
 };
 
-// A group that eyes may see something of, by its bounds.
+// A group of which eyes may see something, judged by its bounds.
 struct SeenGroup {
     uint32_t group;
-    uint32_t eyes; // bit e: eye e
+    uint32_t eyes; // bit e is set if eye e may see something of the group
 };
 
 struct SelectScratch {
     Buffer<uint32_t> chunk_eyes;
-    Buffer<SeenGroup> seen; // result of selectGroupsCpu()
+    Buffer<SeenGroup> seen; // groups that eyes may see, from selectGroupsCpu()
     Buffer<GroupMask> groups;
-    size_t group_count = 0; // entries of `groups` in use
+    size_t group_count = 0; // number of entries of `groups` in use
     std::vector<SelectCounts> worker_counts;
 };
 
-// Visible anchors in file order, all eyes in one list. Returns how many; `visible` grows to hold them. Chunks and
-// groups are rejected by bounds; the test of a single anchor is upstream's, so the set equals that of the flat pass; of
-// a band of columns, it is what the band may show of it.
+// Lists the visible anchors of all eyes in file order, and returns their number; `visible` is made large enough. Chunks
+// and groups are rejected by bounds, single anchors by the trainers' test, so the list equals that of a test of every
+// anchor; with a band of columns it has only what the band may show.
 size_t selectCpu(const SelectArgs& args, const Workers& workers, SelectScratch& scratch, Buffer<VisibleAnchor>& visible,
                  SelectCounts& counts);
 
-// Two steps of selectCpu(), for a caller that draws only some groups from their anchors. The first lists the groups
-// that may hold a visible anchor, in file order in scratch.seen, and returns how many; the second lists the visible
-// anchors of `groups`, which are in file order, too.
+// The two steps of selectCpu(), for a caller that draws only some groups from their anchors. The first lists in
+// scratch.seen the groups that may hold a visible anchor, in file order, and returns their number. The second lists the
+// visible anchors of `groups`, which must be in file order, too.
 size_t selectGroupsCpu(const SelectArgs& args, const Workers& workers, SelectScratch& scratch, SelectCounts& counts);
 size_t selectAnchorsCpu(const SelectArgs& args, const SeenGroup* groups, size_t group_count, const Workers& workers,
                         SelectScratch& scratch, Buffer<VisibleAnchor>& visible, SelectCounts& counts);
@@ -76,7 +77,7 @@ struct SelectedAnchor {
     Real fraction;
 };
 
-// The flat pass over every anchor for one eye, scalar. Real is float or double.
+// Scalar reference: tests every anchor for one eye. Real is float or double.
 template <typename Real>
 std::vector<SelectedAnchor<Real>> selectReference(const ModelView& model, const EyeOf<Real>& eye,
                                                   const RasterConstants& rules, Real lod_bias, Real lod_fade = Real(0));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The test of one anchor by one eye.
+// Tests whether one eye sees one anchor.
 #pragma once
 
 #include "kernels/math/anchor.h"
@@ -12,10 +12,10 @@ namespace gsc {
 template <typename Real>
 struct AnchorDecision {
     bool visible;
-    Real fraction; // opacity factor
+    Real fraction; // opacity factor of the anchor, 1 unless levels fade
 };
 
-// The LOD mask alone. `lod_shift` is lodShift() of the anchor's level.
+// Tests the level alone. `lod_shift` is lodShift() of the anchor's level.
 template <typename Real>
 GSC_HD AnchorDecision<Real> testLevel(const ModelView& model, const Real* center, Real lod_bias, Real lod_fade,
                                       uint32_t chunk, uint32_t local, Real lod_shift)
@@ -31,7 +31,7 @@ GSC_HD AnchorDecision<Real> testLevel(const ModelView& model, const Real* center
     return {level <= choice.level, level == choice.level ? choice.fraction : Real(1)};
 }
 
-// LOD mask first, then the visibility pass (format facts 5.1).
+// Tests the level first, then the visibility (format facts 5.1).
 template <typename Real>
 GSC_HD AnchorDecision<Real> testAnchor(const ModelView& model, const EyeOf<Real>& eye, const RasterConstants& rules,
                                        Real lod_bias, Real lod_fade, uint32_t chunk, uint32_t local, Real lod_shift)
@@ -50,7 +50,7 @@ GSC_HD AnchorDecision<Real> testAnchor(const ModelView& model, const EyeOf<Real>
     return decision;
 }
 
-// True if a Gaussian of the anchor can touch a tile of the band. Errs towards true.
+// Returns true if a Gaussian of the anchor can touch a tile of the band; may also return true if none can.
 GSC_HD bool anchorMayTouch(const ModelView& model, const EyeBand& band, uint32_t chunk, uint32_t local)
 {
     const Vec3<float> p = anchorPosition(model, chunk, local);

@@ -17,7 +17,7 @@ struct Frame {
     EyeBand bands[kMaxEyes];
 };
 
-// Eyes that may see something of the record, as bits.
+// Eyes among `candidates`, a bit each, that may see something of the chunk or group.
 template <typename Record>
 uint32_t eyesOf(const Frame& frame, const Record& record, uint32_t level_index, uint32_t candidates)
 {
@@ -35,7 +35,7 @@ uint32_t eyesOf(const Frame& frame, const Record& record, uint32_t level_index, 
     return eyes;
 }
 
-// Positions, sizes and level offsets of a group's anchors.
+// Loads positions, sizes and level offsets of a group's anchors.
 void loadLanes(const ModelView& model, const GroupRecord& group, uint32_t first, GroupLanes& lanes)
 {
     const ChunkArrays& arrays = model.arrays[group.chunk];
@@ -66,7 +66,7 @@ void loadLanes(const ModelView& model, const GroupRecord& group, uint32_t first,
     }
 }
 
-// Eyes that may see something of the group; `candidates` of its chunk.
+// Eyes that may see something of the group, a bit each; `candidates`: those that may see something of its chunk.
 uint32_t testGroup(const Frame& frame, uint32_t index, uint32_t candidates, SelectCounts& counts)
 {
     const GroupRecord& group = frame.args.model->groups[index];
@@ -75,7 +75,7 @@ uint32_t testGroup(const Frame& frame, uint32_t index, uint32_t candidates, Sele
     return eyesOf(frame, group, group.level_index, candidates);
 }
 
-// Tests the anchors of a group that `eyes` may see. Returns how many at least one eye sees.
+// Tests the anchors of a group that `eyes` may see. Returns the number of anchors that at least one eye sees.
 uint32_t testAnchors(const Frame& frame, uint32_t eyes, GroupMask& mask, SelectCounts& counts)
 {
     const SelectArgs& args = frame.args;
@@ -148,7 +148,7 @@ void listGroup(const Frame& frame, const GroupMask& mask, VisibleAnchor* visible
         }
 }
 
-// The eyes as they are tested.
+// Gathers for each eye what the tests need.
 Frame frameOf(const SelectArgs& args, const Workers& workers, SelectScratch& scratch)
 {
     Frame frame{args, {}, {}};
@@ -160,7 +160,7 @@ Frame frameOf(const SelectArgs& args, const Workers& workers, SelectScratch& scr
     return frame;
 }
 
-// Makes frameOf(), and finds per chunk the eyes that may see it.
+// Calls frameOf(), and finds for each chunk the eyes that may see it.
 Frame beginFrame(const SelectArgs& args, const Workers& workers, SelectScratch& scratch)
 {
     const ModelView& model = *args.model;
@@ -173,7 +173,7 @@ Frame beginFrame(const SelectArgs& args, const Workers& workers, SelectScratch& 
     return frame;
 }
 
-// Calls take(group) for the groups of chunks that an eye may see.
+// Calls take(group) for every group whose chunk some eye may see.
 template <typename Take>
 void forCandidates(const ModelView& model, const SelectScratch& scratch, const Take& take)
 {
@@ -182,8 +182,8 @@ void forCandidates(const ModelView& model, const SelectScratch& scratch, const T
             take(model.chunks[c].group_first + g);
 }
 
-// Lists the anchors of scratch.groups, whose `first` holds the number of visible anchors of the group until the running sum
-// replaces it.
+// Lists the visible anchors of scratch.groups. On entry `first` of each group is its number of visible anchors; a
+// running sum replaces that.
 size_t listVisible(const Frame& frame, const Workers& workers, SelectScratch& scratch, Buffer<VisibleAnchor>& visible)
 {
     size_t total = 0;

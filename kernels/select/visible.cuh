@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tests of selection on the device: of the bounds of a chunk or a group, and of one anchor.
+// Tests of selection on the device: of the bounds of a chunk or a group, and of one anchor.
 #pragma once
 
 #include "kernels/cuda/anchor_shape.cuh"
@@ -27,8 +27,8 @@ __device__ __forceinline__ bool mayTouch(const EyeBand& band, const GroupRun& ru
     return mayTouch(band, low, high, run.gaussian_sigma_max);
 }
 
-// True if a Gaussian of the anchor can touch a tile of the band. Errs towards true, by the anchor's largest offsets, of
-// either sign.
+// Returns true if a Gaussian of the anchor can touch a tile of the band. It uses the anchor's largest offsets, so it
+// may also return true if none can.
 __device__ __forceinline__ bool anchorMayTouch(const DeviceModel& model, const EyeBand& band, uint32_t anchor,
                                                const float4& placement)
 {
@@ -42,8 +42,9 @@ __device__ __forceinline__ bool anchorMayTouch(const DeviceModel& model, const E
     return mayTouch(band, low, high, fmaxf(shape.extent[0], fmaxf(shape.extent[1], shape.extent[2])));
 }
 
-// True if a chunk (by one of its runs) or a group can hold an anchor that upstream would show to eye `e`, among the
-// columns that are drawn. Errs towards true: every bound is widened by more than fp32 rounding can move it.
+// Returns true if a chunk (given by one of its runs) or a group can hold an anchor that the trainers' code would show
+// to eye `e`, in the columns that are drawn. May also return true if it holds none: every bound is widened by more than
+// fp32 rounding can change.
 template <typename Record>
 __device__ __forceinline__ bool mayShow(const SelectCudaArgs& args, const Record& record, uint32_t e)
 {
@@ -87,7 +88,8 @@ __device__ __forceinline__ bool mayShow(const SelectCudaArgs& args, const Record
     if (!(reach < 1e6f))
         return true;
     const float wx = 0.5f * float(eye.width) + reach, wy = 0.5f * float(eye.height) + reach;
-    // the image's middle off the axis makes the two planes of a side lean differently; the longer normal serves both
+    // if the image's middle lies off the axis, the two planes of a side have normals of different lengths; the longer
+    // one is used for both
     const float ox = eye.focal_x * eye.tan_mid_x, oy = eye.focal_y * eye.tan_mid_y;
     const float sx = wx + fabsf(ox), sy = wy + fabsf(oy);
     const float nx = reach_of_box * sqrtf(eye.focal_x * eye.focal_x + sx * sx);
@@ -96,9 +98,10 @@ __device__ __forceinline__ bool mayShow(const SelectCudaArgs& args, const Record
            fabsf(t.y * eye.focal_y - t.z * oy) - t.z * wy <= ny * 1.001f;
 }
 
-// True if footprint() surely says that the anchor is visible: a quick test for the many anchors whose middle lies in
-// the image and whose ellipse rounding cannot flatten. Its determinant is then above zero, so that its square has a
-// width, and a tile. Every bound is far from where rounding could make it wrong. Upstream's first rasteriser alone.
+// Returns true if footprint() surely says that the anchor is visible. It is a quick test for the many anchors whose
+// centre lies in the image and whose ellipse rounding cannot flatten: the determinant is then above zero, so that the
+// anchor's square has a width and touches a tile. Every bound is far from where rounding could make it wrong. For the
+// trainers' first rasteriser only, not for gsplat.
 __device__ __forceinline__ bool surelyVisible(const RasterConstants& rules, const EyeParams& eye, const Vec3<float>& p,
                                               const float* scale)
 {
@@ -109,15 +112,15 @@ __device__ __forceinline__ bool surelyVisible(const RasterConstants& rules, cons
     const float inv_z = __fdividef(1.0f, t.z), focal = fmaxf(eye.focal_x, eye.focal_y);
     const float size =
         fabsf(p.x) + fabsf(p.y) + fabsf(p.z) + fabsf(eye.center[0]) + fabsf(eye.center[1]) + fabsf(eye.center[2]);
-    // pixels; upstream projects by another matrix
+    // in pixels; covers that the trainers' code projects with another matrix
     const float margin = 2.0f + 4e-6f * focal * size * inv_z * (1.0f + fmaxf(lx, ly));
     const float x = eye.focal_x * t.x * inv_z + axisPixel(eye.width, eye.focal_x, eye.tan_mid_x);
     const float y = eye.focal_y * t.y * inv_z + axisPixel(eye.height, eye.focal_y, eye.tan_mid_y);
     if (!(x > margin && y > margin && float(eye.width) - x > margin && float(eye.height) - y > margin))
         return false;
-    // pixels of its largest axis; the matrix it is projected with is at most (focal / z)^2 (1 + lx^2 + ly^2)
+    // largest standard deviation in pixels; the matrix that projects it is at most (focal / z)^2 (1 + lx^2 + ly^2)
     const float sigma = focal * inv_z * fmaxf(fabsf(scale[0]), fmaxf(fabsf(scale[1]), fabsf(scale[2])));
-    const float sum = scale[0] + scale[1] + scale[2]; // not a number if one of them is none
+    const float sum = scale[0] + scale[1] + scale[2]; // NaN if one of the three is NaN
     return sum == sum && sigma * sigma * (1.0f + lx * lx + ly * ly) < 1e4f;
 }
 

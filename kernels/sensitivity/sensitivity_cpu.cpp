@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lanes are anchors, as in decode. A probe's direction is the same for every anchor, so its share of the first layer is
-// one number per column, and so is the derivative of that share: only the second layer is computed per direction, once
-// for the values and once per tangent, the latter through the ReLU's mask.
+// Computes sensitivities with an anchor in each lane, as decode does. The direction of a probe is the same for every
+// anchor. So its part of the first layer is one number for each column, as is the derivative of that part, and only the
+// second layer is computed for each direction: once for the values, and once for each tangent, through the mask of the
+// ReLU.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/sensitivity/sensitivity_cpu.cpp"
 #include <hwy/foreach_target.h>
@@ -20,17 +21,17 @@
 #define GSC_KERNELS_SENSITIVITY_CPU_ONCE
 namespace gsc {
 
-// Values of one call that do not depend on the anchor.
+// Values for one call that do not depend on the anchor.
 struct SensitivityTable {
     const ModelView* model;
-    const MlpRecord* bank_mlp;                    // null = no feature bank
-    uint32_t tangents;                            // 1, or 2 with the distance
-    const float* zero;                            // 3 hidden_pad zeros
-    const float* base[kProbes];                   // 3 hidden_pad: bias and the probe's share
-    const float* slope[kProbes][kProbeTangents];  // 3 hidden_pad: derivative of base
-    float bank[kProbes][3];                       // weights of the feature bank
-    float bank_slope[kProbes][kProbeTangents][3]; // derivatives of the feature bank's weights
-    float* rows;                                  // scratch of one vector of anchors
+    const MlpRecord* bank_mlp;                    // network of the feature bank, null if there is none
+    uint32_t tangents;                            // number of tangents: 1, or 2 if a network takes the distance
+    const float* zero;                            // 3 hidden_pad zeros, from which sums start
+    const float* base[kProbes];                   // 3 hidden_pad values: bias and the probe's part of the first layer
+    const float* slope[kProbes][kProbeTangents];  // 3 hidden_pad values: derivative of `base` along each tangent
+    float bank[kProbes][3];                       // weights of the feature bank at each probe
+    float bank_slope[kProbes][kProbeTangents][3]; // derivatives of the feature bank's weights along each tangent
+    float* rows;                                  // scratch for one vector of anchors
 };
 
 } // namespace gsc
@@ -42,15 +43,16 @@ namespace HWY_NAMESPACE {
 
 using M = hn::Mask<D>;
 
-// Scratch of one vector of anchors; every row holds kMaxLanes floats. Index 0 are values, then one per tangent.
+// Scratch for one vector of anchors; every row holds kMaxLanes floats. Where there are several, index 0 is for values
+// and the others for tangents.
 struct Rows {
-    float* feature;                     // F
-    float* scale;                       // 3: of the Gaussians, relative to the anchor's longest axis
-    float* banked;                      // F, when there is a feature bank
-    float* first[1 + kProbeTangents];   // 3 hidden_pad, before the ReLU; tangents with a feature bank only
-    float* hidden[1 + kProbeTangents];  // 3 hidden_pad, behind it
-    float* opacity[1 + kProbeTangents]; // out_pad
-    uint16_t* active[3];                // hidden_pad per head: hidden units that are on for some anchor
+    float* feature;                     // F rows: features of the anchors
+    float* scale;                       // 3 rows: base sizes of the Gaussians, relative to the longest axis
+    float* banked;                      // F rows: features behind the feature bank, if there is one
+    float* first[1 + kProbeTangents];   // 3 hidden_pad rows before the ReLU; those of tangents only with a feature bank
+    float* hidden[1 + kProbeTangents];  // 3 hidden_pad rows behind the ReLU
+    float* opacity[1 + kProbeTangents]; // out_pad rows: outputs of the opacity head
+    uint16_t* active[3]; // for each head, up to hidden_pad numbers of hidden units that are not 0 for some anchor
     uint32_t active_count[3];
 };
 
@@ -77,7 +79,7 @@ Rows carveRows(const ModelParams& params, const PackedMlpHeader& packed, float* 
     return rows;
 }
 
-// sum[source][out] += w[unit][out] x[source][unit], over the hidden units that are on for some anchor.
+// Computes sum[source][out] += w[unit][out] x[source][unit] over the hidden units that are not 0 for some anchor.
 template <size_t kOut, size_t... I>
 HWY_INLINE void sumUnits(std::index_sequence<I...>, const Rows& rows, uint32_t head, const float* const* x,
                          const float* w, size_t stride, V* sum)
@@ -97,8 +99,8 @@ HWY_INLINE void sumUnits(std::index_sequence<I...>, const Rows& rows, uint32_t h
     ((sum[I] = s[I]), ...);
 }
 
-// Second layer of a head, kOut columns from `column` on, for the values (with the bias) and every tangent (without):
-// out[source * kOut + i].
+// Computes kOut columns of a head's second layer, from `column` on, for the values (with the bias) and for every
+// tangent (without): out[source * kOut + i].
 template <size_t kOut>
 HWY_INLINE void secondLayer(const SensitivityTable& table, const PackedMlpHeader& packed, const Rows& rows,
                             uint32_t head, size_t column, V* out)
@@ -114,7 +116,7 @@ HWY_INLINE void secondLayer(const SensitivityTable& table, const PackedMlpHeader
             out[s * kOut + i] = s == 0 ? hn::Set(d, bias[i]) : hn::Zero(d);
     }
     const size_t stride = packed.out_pad[head];
-    // with 32 registers all sums fit at once, and weights are broadcast once
+    // with 32 registers all sums fit at once, so that weights are loaded once
     if (HWY_TARGET <= HWY_AVX3 && sources == 2)
         sumUnits<kOut>(std::make_index_sequence<2 * kOut>(), rows, head, x, w, stride, out);
     else if (HWY_TARGET <= HWY_AVX3)
@@ -124,8 +126,8 @@ HWY_INLINE void secondLayer(const SensitivityTable& table, const PackedMlpHeader
             sumUnits<kOut>(std::make_index_sequence<kOut>(), rows, head, x + s, w, stride, out + s * kOut);
 }
 
-// 1 / v[i] for three values with one division. The product of the three must be normal. Divisions, no estimates, here
-// and below: those differ between CPUs, and this ends in a file.
+// Computes 1 / v[i] for three values with one division. The product of the three must be a normal number. Here and
+// below it divides exactly, without estimates, since those differ between CPUs and the result is written to a file.
 HWY_INLINE void reciprocals(const V* v, V* out)
 {
     const D d;
@@ -136,7 +138,8 @@ HWY_INLINE void reciprocals(const V* v, V* out)
     out[2] = hn::Mul(all, v01);
 }
 
-// Sigmoids of three values and 1 - sigmoid. Beyond 28 they are 0 or 1 to fp32, and three of them have a product.
+// Computes the sigmoids of three values, and 1 - sigmoid. Arguments are limited to 28, where a sigmoid is 0 or 1 in
+// fp32, so that three of them have a product.
 HWY_INLINE void sigmoids(const V* x, V* value, V* rest)
 {
     const D d;
@@ -150,15 +153,18 @@ HWY_INLINE void sigmoids(const V* x, V* value, V* rest)
         rest[i] = hn::Mul(e[i], value[i]);
 }
 
-// Factors of the relative change of a covariance that depend on the Gaussian alone.
+// Factors in the relative change of a Gaussian's covariance that do not depend on the tangent.
 struct Shape {
-    V log_slope[3];       // d ln(s_i^2) / 2 per change of the network's output, times s_i^2 / r_i
-    V turn[3];            // factor of the squared turn round axis i
-    HWY_INLINE Shape() {} // note: it has the target's attributes; GCC for Arm does not give them to an implicit one
+    V log_slope[3]; // d ln(s_i^2) / 2 per change of the network's output, multiplied by s_i^2 / r_i
+    V turn[3];      // factor of the square of the turn round axis i
+    // note: explicit, so that it has the attributes of the SIMD target; GCC for Arm does not give them to an implicit
+    // one
+    HWY_INLINE Shape() {}
 };
 
-// M = R diag(s^2) R^T with s_i = scale_i sigmoid(z_i) and R of the quaternion q. In R's frame dM has 2 s_i^2 d ln s_i on
-// its diagonal and w_k (s_i^2 - s_j^2) beside it, w the angular velocity; r_i = s_i^2 + (kThinAxis s_max)^2.
+// Computes Shape for M = R diag(s^2) R^T, with s_i = scale_i sigmoid(z_i) and R the rotation of the quaternion q. In
+// the frame of R, dM has 2 s_i^2 d ln s_i on its diagonal and w_k (s_i^2 - s_j^2) off it, where w is the angular
+// velocity; r_i = s_i^2 + (kThinAxis s_max)^2.
 HWY_INLINE Shape shapeOf(const Rows& rows, const V* head)
 {
     const D d;
@@ -178,7 +184,7 @@ HWY_INLINE Shape shapeOf(const Rows& rows, const V* head)
     V norm = hn::Mul(head[3], head[3]);
     for (int i = 4; i < 7; ++i)
         norm = hn::MulAdd(head[i], head[i], norm);
-    // note: 1e-12 is where normalising gives up (format facts 4.4)
+    // note: below 1e-12 a quaternion counts as zero (format facts 4.4)
     norm = maxKeepNan(d, 1e-18f, norm);
     const V inverse_norm = hn::Div(one, norm);
     const V turned = hn::Mul(hn::Set(d, 2.0f), hn::Mul(inverse_norm, inverse_norm));
@@ -192,7 +198,7 @@ HWY_INLINE Shape shapeOf(const Rows& rows, const V* head)
     return shape;
 }
 
-// S^2 along a tangent.
+// S^2 along a tangent, whose derivatives of the outputs are `slope`.
 HWY_INLINE V shapeChange(const Shape& shape, const V* head, const V* slope)
 {
     V sum = hn::Zero(D());
@@ -213,14 +219,14 @@ HWY_INLINE V shapeChange(const Shape& shape, const V* head, const V* slope)
     return sum;
 }
 
-// Adds offset k of a probe to the sums of squares, and its lanes that live to `living`.
+// Adds Gaussian k at a probe to the sums of squares, and to `living` in each lane where it has an opacity.
 HWY_INLINE void probeOffset(const SensitivityTable& table, const PackedMlpHeader& packed, const Rows& rows, uint32_t k,
                             V& living, V& direction_sum, V& distance_sum)
 {
     const D d;
     const V opacity = tanhAny(d, hn::Load(d, rows.opacity[0] + size_t(k) * kMaxLanes));
     const V opacity_slope = hn::NegMulAdd(opacity, opacity, hn::Set(d, 1.0f));
-    const M dead = hn::Lt(opacity, hn::Set(d, kOpacityFloor)); // note: NaN is not
+    const M dead = hn::Lt(opacity, hn::Set(d, kOpacityFloor)); // note: false for NaN, which counts as alive
     if (hn::AllTrue(d, dead))
         return;
     V covariance[kCovariancePerOffset * (1 + kProbeTangents)], raw_color[kColorPerOffset * (1 + kProbeTangents)];
@@ -244,7 +250,7 @@ HWY_INLINE void probeOffset(const SensitivityTable& table, const PackedMlpHeader
             const V drawn = hn::MulAdd(d_opacity, color[c], hn::Mul(opacity, d_color));
             change = hn::Max(change, hn::Mul(drawn, drawn));
         }
-        // note: a colour that is NaN may get lost in Max, its Gaussian may not
+        // note: adds NaN if a colour is NaN, since Max may lose that
         change = hn::Add(change, hn::Mul(hn::Zero(d), hn::Add(color[0], hn::Add(color[1], color[2]))));
         change = hn::MulAdd(hn::Mul(d_opacity, d_opacity), opacity_weight, change);
         change = hn::MulAdd(shapeChange(shape, covariance, covariance + kCovariancePerOffset * (1 + t)), scale_weight,
@@ -264,7 +270,7 @@ HWY_INLINE void probeOffset(const SensitivityTable& table, const PackedMlpHeader
     living = hn::Add(living, hn::IfThenZeroElse(dead, hn::Set(d, 1.0f)));
 }
 
-// rows.banked: features through the feature bank with the weights w, which are the same for every anchor.
+// Passes the features through the feature bank into rows.banked; its weights w are the same for every anchor.
 HWY_INLINE void bankRows(const Rows& rows, uint32_t F, const float* w)
 {
     const D d;
@@ -276,7 +282,7 @@ HWY_INLINE void bankRows(const Rows& rows, uint32_t F, const float* w)
     }
 }
 
-// First layer of a probe, values and tangents, behind the ReLU: into rows.hidden.
+// Computes the first layer at a probe, values and tangents, behind the ReLU, into rows.hidden.
 void probeHidden(const SensitivityTable& table, const PackedMlpHeader& packed, uint32_t probe, Rows& rows)
 {
     const D d;
@@ -311,10 +317,10 @@ void probeHidden(const SensitivityTable& table, const PackedMlpHeader& packed, u
     }
 }
 
-// Second layer of the opacity head, values and tangents: into rows.opacity.
+// Computes the second layer of the opacity head, values and tangents, into rows.opacity.
 void probeOpacity(const SensitivityTable& table, const PackedMlpHeader& packed, const Rows& rows)
 {
-    constexpr uint32_t kAtOnce = 4; // the weights are padded to 16
+    constexpr uint32_t kAtOnce = 4; // divides the number of columns, since weights are padded to 16
     const D d;
     for (uint32_t k = 0; k < table.model->params->n_offsets; k += kAtOnce) {
         V out[kAtOnce * (1 + kProbeTangents)];
@@ -337,13 +343,13 @@ void sensitivityBlock(const SensitivityTable& table, uint32_t chunk, uint32_t fi
     Rows rows = carveRows(*model.params, packed, table.rows);
     for (uint32_t done = 0; done < count; done += lanes) {
         for (uint32_t lane = 0; lane < lanes; ++lane) {
-            const size_t anchor = first + std::min(done + lane, count - 1); // lanes without one repeat the last
+            const size_t anchor = first + std::min(done + lane, count - 1); // lanes without an anchor repeat the last
             for (uint32_t j = 0; j < F; ++j)
                 rows.feature[size_t(j) * kMaxLanes + lane] = arrays.feature[anchor * F + j];
             for (uint32_t i = 0; i < 3; ++i)
                 rows.scale[i * kMaxLanes + lane] = arrays.scale[anchor * 6 + 3 + i];
         }
-        // only ratios count: the longest axis becomes 1, and axes of no extent stay 0
+        // scales relative to the longest axis, since only ratios count; axes of size 0 stay 0
         const auto log_scale = [&](uint32_t i) { return hn::Load(d, rows.scale + i * kMaxLanes); };
         const V longest = hn::Max(hn::Max(log_scale(0), log_scale(1)), hn::Max(log_scale(2), hn::Set(d, -1e30f)));
         for (uint32_t i = 0; i < 3; ++i)
@@ -382,7 +388,7 @@ HWY_EXPORT(sensitivityBlock);
 
 namespace {
 
-// Weights of the feature bank at a probe, and their derivatives along its tangents.
+// Computes the weights of the feature bank at a probe, and their derivatives along its tangents.
 void bankAtProbe(const ModelView& model, const MlpRecord& bank, const SensitivityProbe& probe, double level,
                  uint32_t tangents, float* weights, float (*slopes)[3])
 {
@@ -394,7 +400,7 @@ void bankAtProbe(const ModelView& model, const MlpRecord& bank, const Sensitivit
     }
     if (bank.inputs & kMlpTakesDistance) {
         input[n] = probe.distance;
-        step[1][n++] = probe.distance; // d distance / d ln distance
+        step[1][n++] = probe.distance; // derivative of the distance by its logarithm
     }
     if (bank.inputs & kMlpTakesLevel)
         input[n++] = level;
@@ -432,13 +438,13 @@ SensitivityTable prepare(const ModelView& model, uint32_t chunk, int32_t appeara
     const PackedMlpHeader& packed = *reinterpret_cast<const PackedMlpHeader*>(model.packed);
     const size_t F = params.feat_dim, columns = size_t(3) * packed.hidden_pad;
     const size_t rows = 2 * F + 3 + (1 + kProbeTangents) * (2 * columns + packed.out_pad[0]);
-    const size_t lists = columns; // lists of 16-bit numbers, more than they need
+    const size_t lists = columns; // room for Rows::active, which needs only half, since its numbers have 16 bits
     scratch.values.reserve(rows * kMaxLanes + lists + columns + columns * kProbes * (1 + kProbeTangents));
     SensitivityTable table{};
     table.model = &model;
     table.bank_mlp = mlpRecord(model, MlpKind::FeatureBank);
     table.tangents = takesDistance(model) ? 2 : 1;
-    table.rows = scratch.values.data(); // first, so that rows are aligned
+    table.rows = scratch.values.data(); // the first part of the scratch, so that rows are aligned
     float* values = table.rows + rows * kMaxLanes + lists;
     const auto take = [&values](size_t count) {
         float* p = values;
@@ -483,7 +489,7 @@ SensitivityTable prepare(const ModelView& model, uint32_t chunk, int32_t appeara
 
 SensitivityProbe sensitivityProbe(uint32_t probe, double distance)
 {
-    // rows of a rotation: the unit quaternion (2, 1, -1.4, 0.9) / |.|, chosen by hand
+    // axes of the fixed frame: rows of the rotation by the unit quaternion (2, 1, -1.4, 0.9) / |.|, chosen by hand
     constexpr double w = 2, x = 1, y = -1.4, z = 0.9, n = w * w + x * x + y * y + z * z;
     constexpr double axes[3][3] = {
         {1 - 2 * (y * y + z * z) / n, 2 * (x * y - z * w) / n, 2 * (x * z + y * w) / n},
@@ -497,7 +503,7 @@ SensitivityProbe sensitivityProbe(uint32_t probe, double distance)
         result.direction[i] = probe % 2 == 0 ? axes[axis][i] : -axes[axis][i];
         result.tangent[i] = axes[(axis + 1 + probe % 2) % 3][i];
     }
-    result.distance = distance * spread[probe % 3]; // each twice, on different axes
+    result.distance = distance * spread[probe % 3]; // each of the three distances for two probes, on different axes
     return result;
 }
 

@@ -8,10 +8,10 @@ namespace gsc {
 namespace {
 
 struct Drawn {
-    double opacity; // 0 below kOpacityFloor
+    double opacity; // 0 if it is below kOpacityFloor
     double color[3];
     double covariance[3][3];
-    double whitening[3][3]; // M^-1/2 with thin axes lengthened
+    double whitening[3][3]; // M^-1/2 with thin axes made longer
 };
 
 using Matrix = double[3][3];
@@ -29,7 +29,7 @@ void spread(const Covariance3<double>& m, Matrix& out)
     std::copy_n(&rows[0][0], 9, &out[0][0]);
 }
 
-// Decodes every offset of an anchor. note: decodeAnchor() leaves out those below the floor, so this does not call it
+// Decodes every Gaussian of an anchor. note: not by decodeAnchor(), which leaves out opacities below the floor
 std::vector<Drawn> drawnAt(const ModelView& model, uint32_t chunk, uint32_t local, int32_t appearance,
                            const double* direction, double distance)
 {
@@ -38,7 +38,7 @@ std::vector<Drawn> drawnAt(const ModelView& model, uint32_t chunk, uint32_t loca
     std::copy_n(direction, 3, view.direction);
     view.distance = distance;
     view.level = anchorLevel(model, chunk);
-    // without a row the appearance counts as zero, as in the fast version
+    // without a row of the embedding the appearance counts as zero, as in the fast version
     const std::vector<float> none(params.appearance_dim);
     view.appearance = model.embedding != nullptr && appearance >= 0
                           ? model.embedding + size_t(appearance) * params.appearance_dim
@@ -57,8 +57,7 @@ std::vector<Drawn> drawnAt(const ModelView& model, uint32_t chunk, uint32_t loca
         anchor.setShape(k, g);
         std::copy_n(g.color, 3, drawn[k].color);
         const double longest = std::max({0.0, g.scale[0], g.scale[1], g.scale[2]});
-        // covariance3() squares its argument: fourth roots of the inverse make M^-1/2
-        double whitening[3];
+        double whitening[3]; // makes M^-1/2: fourth roots of the inverse, since covariance3() squares its argument
         for (int i = 0; i < 3; ++i)
             whitening[i] = 1 / std::sqrt(std::hypot(g.scale[i], kThinAxis * longest));
         spread(covariance3(g.scale, g.rotation), drawn[k].covariance);
@@ -115,11 +114,12 @@ void viewSensitivityReference(const ModelView& model, uint32_t chunk, uint32_t l
     for (uint32_t p = 0; p < kProbes; ++p) {
         const SensitivityProbe probe = sensitivityProbe(p, sensitivityDistance(model, chunk));
         const std::vector<Drawn> before = drawnAt(model, chunk, local, appearance, probe.direction, probe.distance);
-        // Root of the mean square over the living Gaussians that the probe looks at, which counts `tangents` times.
+        // Root of the mean square over the Gaussians that the probe looks at and that have an opacity. `tangents`:
+        // factor by which the squares count.
         const auto rate = [&](const std::vector<Drawn>& after, double tangents) {
             double living = 0, squares = 0;
             for (size_t k = p % kOffsetStep; k < before.size(); k += kOffsetStep) {
-                living += before[k].opacity != 0; // NaN counts too
+                living += before[k].opacity != 0; // true also for NaN
                 squares += tangents * squaredChange(before[k], after[k]);
             }
             return std::sqrt(squares / std::max(living, 1.0)) / kStep;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frame memory: grows, never shrinks, keeps no content when it grows.
+// Memory that is kept from frame to frame: it grows but never shrinks, and loses its content when it grows.
 #pragma once
 
 #include <gsc/error.h>
@@ -21,7 +21,8 @@ class Buffer {
     static_assert(std::is_trivially_copyable_v<T>);
 
 public:
-    // Afterwards data() holds at least `count` values, undefined where the buffer grew. Throws Error(OutOfMemory).
+    // Makes data() hold at least `count` values, whose content is undefined if the buffer grew. Throws
+    // Error(OutOfMemory).
     void reserve(size_t count)
     {
         if (count <= m_capacity)
@@ -29,7 +30,7 @@ public:
         reserveExactly(count + count / 4);
     }
 
-    // Reserves as reserve() does, but without room to grow.
+    // Makes data() hold `wanted` values, as reserve() does, but without extra room for growth.
     void reserveExactly(size_t wanted)
     {
         if (wanted <= m_capacity)
@@ -52,7 +53,7 @@ public:
     [[nodiscard]] uint64_t bytes() const { return m_capacity * sizeof(T); }
 
 private:
-    static constexpr size_t kAlignment = 64; // one cache line, one AVX-512 vector
+    static constexpr size_t kAlignment = 64; // bytes of a cache line and of an AVX-512 vector
 
     static size_t roundUp(size_t bytes) { return (bytes + kAlignment - 1) / kAlignment * kAlignment; }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory that a later stage reads, asked for line by line while this one computes: reading it when it is needed, or
-// asking for all at once, waits for the dozen or so lines that a core can have under way.
+// Prefetches memory that a later stage reads, line by line while the present stage computes. To read it only when it is
+// needed, or to prefetch it all at once, would wait for the dozen or so lines that a core can have under way.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace gsc {
 
 class ReadAhead {
 public:
-    // Ranges past the last that there is room for are left to the hardware.
+    // Adds a range of memory to be prefetched. Ranges for which there is no room are left to the hardware.
     void add(const void* from, size_t bytes)
     {
         if (bytes == 0 || m_count == kMost)
@@ -24,7 +24,8 @@ public:
 
     [[nodiscard]] size_t lines() const { return m_lines; }
 
-    // Prefetches the next `lines` lines, or the rest, into the second cache level: the first has the stage's own data.
+    // Prefetches the next `lines` cache lines, or as many as are left, into the second-level cache; the first-level
+    // cache keeps the data of the present stage.
     void ask(size_t lines)
     {
         lines = std::min(lines, m_lines);
@@ -45,7 +46,7 @@ private:
     static constexpr size_t kLine = 64;
     static constexpr uint32_t kMost = 64;
     struct Range {
-        uintptr_t first, end; // lines
+        uintptr_t first, end; // range of cache lines
     };
     Range m_ranges[kMost];
     size_t m_lines = 0;

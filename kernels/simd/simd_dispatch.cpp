@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions of Highway's library that its headers call (choice of an instruction set, and in debug builds Abort), for
-// programs that are to be one file: the distributions have that library only as a shared one.
+// Functions of Highway's library that its headers call (choice of an instruction set, and Abort in debug builds). They
+// are for programs that shall be one file, since distributions have that library only as a shared one.
 #include "kernels/simd/simd_support.h"
 
 #include <atomic>

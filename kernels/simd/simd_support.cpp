@@ -13,8 +13,9 @@ int64_t supportedSimdTargets()
 {
     int64_t targets = HWY_STATIC_TARGET;
 #if HWY_ARCH_X86
-    // note: not every compiler's __builtin_cpu_supports knows these two. It asks the operating system about the wide
-    // registers, so features that imply "avx" need no xgetbv
+    // note: CPUID is read here, since not every compiler's __builtin_cpu_supports knows these two features. That
+    // function asks the operating system whether it saves wide registers; so features that need "avx" are safe without
+    // xgetbv
     unsigned eax = 0, ebx = 0, ecx = 0, edx = 0;
     const bool f16c = __get_cpuid(1, &eax, &ebx, &ecx, &edx) != 0 && (ecx & (1u << 29)) != 0;
     const bool lzcnt = __get_cpuid(0x80000001u, &eax, &ebx, &ecx, &edx) != 0 && (ecx & (1u << 5)) != 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A sorting network over the registers of a team of warps.
+// Sorts keys in the registers of a team of warps with a sorting network.
 #pragma once
 
 #include "kernels/cuda/ptx.cuh"
@@ -8,7 +8,7 @@
 
 namespace gsc {
 
-// A warp that sorts by itself.
+// A team that is one warp.
 struct SortWarp {
     static constexpr bool kOneWarp = true;
     static constexpr uint32_t threads = 32;
@@ -18,12 +18,12 @@ struct SortWarp {
     __device__ __forceinline__ void sync() const { __syncwarp(); }
     __device__ __forceinline__ bool any(bool value) const
     {
-        __syncwarp(); // a vote alone does not order memory
+        __syncwarp(); // needed since a vote alone does not order accesses to memory
         return __any_sync(~0u, value);
     }
 };
 
-// Warps of a block that sort together; their number is a power of two.
+// A team of several warps of a block; their number is a power of two.
 struct SortTeam {
     static constexpr bool kOneWarp = false;
 
@@ -40,7 +40,7 @@ __device__ __forceinline__ void exchangeKeys(uint32_t& a, uint32_t& b)
     a = low;
 }
 
-// Merges the halves of every `size` keys of a thread, each sorted.
+// Merges the two sorted halves of every `size` keys that a thread has in a row.
 template <uint32_t kItems>
 __device__ __forceinline__ void mergeInThread(uint32_t (&keys)[kItems], uint32_t size)
 {
@@ -51,7 +51,7 @@ __device__ __forceinline__ void mergeInThread(uint32_t (&keys)[kItems], uint32_t
             exchangeKeys(keys[first + i], keys[first + size - 1 - i]);
 }
 
-// Puts keys `distance` apart in order.
+// Exchanges keys of a thread that are `distance` apart if they are out of order.
 template <uint32_t kItems>
 __device__ __forceinline__ void cleanInThread(uint32_t (&keys)[kItems], uint32_t distance)
 {
@@ -61,8 +61,9 @@ __device__ __forceinline__ void cleanInThread(uint32_t (&keys)[kItems], uint32_t
             exchangeKeys(keys[i], keys[i + distance]);
 }
 
-// Compares with the keys of thread `t ^ with`, item by item or, mirrored, the first with the last; the lower thread
-// keeps the smaller ones. room: kItems x threads of the team, for those that share no warp.
+// Compares the keys of this thread with those of thread `t ^ with`: key by key or, if mirrored, the first with the
+// last. The thread with the lower number keeps the smaller keys. room: shared memory for kItems keys of each thread,
+// used if the two threads are not in one warp.
 template <bool kMirrored, uint32_t kItems, typename Team>
 __device__ __forceinline__ void exchangeWith(uint32_t (&keys)[kItems], uint32_t with, uint32_t* room, const Team& team)
 {
@@ -84,11 +85,12 @@ __device__ __forceinline__ void exchangeWith(uint32_t (&keys)[kItems], uint32_t 
     }
 #pragma unroll
     for (uint32_t i = 0; i < kItems; ++i)
-        keys[i] = (theirs[i] < keys[i]) != upper ? theirs[i] : keys[i]; // no two keys are equal, but for the fill
+        // correct since no two keys are equal, except those that fill up
+        keys[i] = (theirs[i] < keys[i]) != upper ? theirs[i] : keys[i];
 }
 
-// Sorts a team's keys; key i of thread t is number t kItems + i. A bitonic sort (Batcher 1968) whose merges begin with
-// the second half mirrored, so that every comparison puts the smaller key first.
+// Sorts the keys of a team; key i of thread t has number t kItems + i. It is a bitonic sort (Batcher 1968) whose merges
+// begin with the second half mirrored, so that every comparison puts the smaller key first.
 template <uint32_t kItems, typename Team>
 __device__ __forceinline__ void sortInRegisters(uint32_t (&keys)[kItems], uint32_t* room, const Team& team)
 {
@@ -99,7 +101,7 @@ __device__ __forceinline__ void sortInRegisters(uint32_t (&keys)[kItems], uint32
         for (uint32_t distance = size / 4; distance > 0; distance /= 2)
             cleanInThread(keys, distance);
     }
-    // note: not unrolled; the code of all teams would not fit the instruction cache
+    // note: not unrolled, since the code of all teams would not fit the instruction cache
 #pragma unroll 1
     for (uint32_t threads = 2; threads <= team.threads; threads *= 2) {
         exchangeWith<true>(keys, threads - 1, room, team);

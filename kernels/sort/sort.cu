@@ -12,35 +12,36 @@ namespace {
 constexpr uint32_t kThreads = 512;
 constexpr uint32_t kWarps = kThreads / 32;
 constexpr uint32_t kBlocksPerProcessor = 2;
-constexpr uint32_t kItems = 16;      // keys per thread at most
-constexpr uint32_t kLongestRun = 32; // longest sequence of equal keys that one thread orders
+constexpr uint32_t kItems = 16;      // largest number of keys per thread
+constexpr uint32_t kLongestRun = 32; // longest run of equal keys that one thread puts in order
 
 static_assert(kWarpPiece == 32 * kItems && kWarpPiece << (kPieceClasses - 2) == kThreads * kItems);
 
-// Place of item `e` of a sorted piece: a hole after every 16, so that neither blocks nor stripes meet in a bank.
+// Place in shared memory of item `e` of a sorted piece. After every 16 items a word is left out, so that neither 16
+// items in a row nor every 16th item fall into one memory bank.
 __device__ __forceinline__ constexpr uint32_t padded(uint32_t e)
 {
     return e + e / 16;
 }
 
 struct SortShared {
-    uint32_t sorted[padded(kThreads * kItems)]; // also memory of the sorting network
+    uint32_t sorted[padded(kThreads * kItems)]; // keys with their places; also used by the sorting network
     uint32_t slots[kThreads * kItems];
-    uint32_t ties[kThreads * kItems / 32]; // bit e: key e and the next are equal
+    uint32_t ties[kThreads * kItems / 32]; // bit e is set if keys e and e + 1 are equal
     uint32_t low[kWarps], high[kWarps];
     uint32_t next[kWarps];
 };
 
-static_assert(sizeof(SortShared) <= 99 * 1024); // most that a block can have on compute capability 8.6, 8.9 and 12.0
+static_assert(sizeof(SortShared) <= 99 * 1024); // a block can have no more on compute capability 8.6, 8.9 and 12.0
 
-// The part of the shared memory that a team may use.
+// Part of the shared memory of a block that one team uses.
 struct TeamMemory {
     uint32_t *sorted, *slots, *ties, *low, *high;
 };
 
 template <uint32_t kStride>
 struct Nearer {
-    const uint32_t* orders; // SortCudaArgs
+    const uint32_t* orders; // emission orders of the splats by slot
 
     __device__ __forceinline__ bool operator()(const SortKey& a, const SortKey& b) const
     {
@@ -50,8 +51,9 @@ struct Nearer {
     }
 };
 
-// A bitonic network over `count` keys in any memory, of which every `sorted` are sorted. Its merges begin with the second
-// half mirrored, so that keys beyond the end need not exist. For what registers cannot hold or order.
+// Sorts `count` keys in any memory, of which every `sorted` keys in a row are sorted already, with a bitonic network.
+// Its merges begin with the second half mirrored, so that keys beyond the end need not exist. Used for pieces that do
+// not fit registers, or whose ties are too long.
 template <typename Order, typename Team>
 __device__ __attribute__((noinline)) void sortInMemory(SortKey* keys, uint32_t count, uint32_t sorted,
                                                        const Order& nearer, const Team& team)
@@ -83,7 +85,7 @@ __device__ __attribute__((noinline)) void sortInMemory(SortKey* keys, uint32_t c
     }
 }
 
-// The smallest and the largest of a team's values.
+// Finds the smallest and the largest value of all threads of a team.
 template <typename Team>
 __device__ __forceinline__ void extremes(uint32_t& low, uint32_t& high, const TeamMemory& memory, const Team& team)
 {
@@ -101,8 +103,9 @@ __device__ __forceinline__ void extremes(uint32_t& low, uint32_t& high, const Te
     }
 }
 
-// Orders keys whose sorted bits are the same by all of their depth and by emission. The thread of a run's first key
-// orders the run. all_bits: the sorted ones are all of the depth. False if a run is too long for that.
+// Puts keys whose sorted bits are equal in the order of all bits of their depth, and of emission. The thread that has
+// the first key of a run of equal keys does so for the run. all_bits: the sorted bits are all bits of the depth.
+// Returns false if a run is longer than kLongestRun.
 template <uint32_t kItemCount, typename Order, typename Team>
 __device__ __forceinline__ bool orderTies(const SortKey* keys, uint32_t count, uint32_t index_bits, bool all_bits,
                                           const Order& nearer, const TeamMemory& memory, const Team& team)
@@ -123,7 +126,7 @@ __device__ __forceinline__ bool orderTies(const SortKey* keys, uint32_t count, u
         return true;
     const uint32_t index_mask = (1u << index_bits) - 1u;
     const auto tied = [&](uint32_t e) { return (memory.ties[e / 32] >> (e & 31u) & 1u) != 0; };
-    const auto keyOf = [&](uint32_t item) { // equal depths differ by slot alone, which is in shared memory
+    const auto keyOf = [&](uint32_t item) { // if depths are equal only the slot, which is in shared memory, is needed
         const uint32_t at = item & index_mask;
         return all_bits ? SortKey{0, memory.slots[at]} : keys[at];
     };
@@ -132,7 +135,7 @@ __device__ __forceinline__ bool orderTies(const SortKey* keys, uint32_t count, u
         const uint32_t word = memory.ties[w], before = w != 0 ? memory.ties[w - 1] >> 31 : 0u;
         for (uint32_t starts = word & ~(word << 1 | before); starts != 0; starts &= starts - 1) {
             const uint32_t e = 32 * w + uint32_t(__ffs(int(starts))) - 1;
-            uint32_t end = e + 2; // the last key of a piece is tied to nothing
+            uint32_t end = e + 2; // never beyond the piece, since its last key has no bit in `ties`
             while (tied(end - 1) && end - e <= kLongestRun)
                 ++end;
             if (end - e > kLongestRun) {
@@ -156,15 +159,15 @@ __device__ __forceinline__ bool orderTies(const SortKey* keys, uint32_t count, u
     return !team.any(too_long);
 }
 
-// Sorts up to kItemCount keys per thread: as many bits of the depth, counted from the nearest, as fit into a word beside
-// the place of the key. kWhole: keys are moved, not their slots alone.
+// Sorts a piece of up to kItemCount keys per thread. It sorts words of a key's place in the piece and as many bits of
+// the depth, counted from the nearest key's, as fit above it. kWhole: moves whole keys, not only their slots.
 template <uint32_t kItemCount, bool kWhole, typename Order, typename Team>
 __device__ void sortPiece(SortKey* keys, uint32_t count, const Order& nearer, const TeamMemory& memory,
                           const Team& team)
 {
     const uint32_t index_bits = uint32_t(31 - __clz(int(team.threads * kItemCount)));
     uint32_t values[kItemCount], low = ~0u, high = 0;
-    team.sync(); // the memory is free
+    team.sync(); // waits before the memory is written
 #pragma unroll
     for (uint32_t i = 0; i < kItemCount; ++i) {
         const uint32_t at = i * team.threads + team.thread;
@@ -182,7 +185,8 @@ __device__ void sortPiece(SortKey* keys, uint32_t count, const Order& nearer, co
 #pragma unroll
     for (uint32_t i = 0; i < kItemCount; ++i) {
         const uint32_t at = i * team.threads + team.thread;
-        values[i] = at < count ? (values[i] - low) >> shift << index_bits | at : ~0u; // the fill comes last
+        // ~0u fills up and is sorted to the end
+        values[i] = at < count ? (values[i] - low) >> shift << index_bits | at : ~0u;
     }
     sortInRegisters(values, memory.sorted, team);
     team.sync();
@@ -213,13 +217,14 @@ __device__ void sortPiece(SortKey* keys, uint32_t count, const Order& nearer, co
         for (uint32_t i = 0; i < kItemCount; ++i) {
             const uint32_t e = i * team.threads + team.thread;
             if (e < count)
-                keys[e] = {0u, memory.slots[memory.sorted[padded(e)] & index_mask]}; // whole: half a key costs as much
+                // the whole key is written, since half of it would cost as much
+                keys[e] = {0u, memory.slots[memory.sorted[padded(e)] & index_mask]};
         }
     }
 }
 
-// A piece that is too long for a block: part by part, and then the parts together. Rare, and kept apart so that its
-// registers are not the other pieces'.
+// Sorts a piece that is too long for a block: first its parts, then the parts together. It is rare, and a function of
+// its own so that its registers do not count for other pieces.
 template <typename Order>
 __device__ __attribute__((noinline)) void sortLong(SortKey* keys, const Piece& piece, const Order& nearer,
                                                    const TeamMemory& memory, const SortTeam& block)
@@ -230,7 +235,7 @@ __device__ __attribute__((noinline)) void sortLong(SortKey* keys, const Piece& p
     sortInMemory(keys + piece.first, piece.count, kPart, nearer, block);
 }
 
-// The piece that a team takes next. All of its threads call it together; the same in all.
+// Takes the next piece for a team and returns its number, to all threads. All threads of the team call it together.
 template <typename Team>
 __device__ __forceinline__ uint32_t takePiece(uint32_t* queue, uint32_t* shared, const Team& team)
 {
@@ -242,7 +247,7 @@ __device__ __forceinline__ uint32_t takePiece(uint32_t* queue, uint32_t* shared,
     return i;
 }
 
-// The longest pieces first, by whole blocks, then those for some warps, then those for one.
+// Sorts all pieces: the longest first, by whole blocks, then those for teams of some warps, then those for one warp.
 template <uint32_t kStride>
 __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) sortKernel(const __grid_constant__ SortCudaArgs args)
 {
@@ -255,7 +260,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) sortKernel(cons
     PassCounters& counters = args.counters->pass;
     const auto pieces = [&](uint32_t kind) { return args.pieces + size_t(kind) * args.piece_capacity; };
     const auto memoryFrom = [&](uint32_t first_warp) {
-        constexpr uint32_t kKeys = 32 * kItems; // keys of a warp
+        constexpr uint32_t kKeys = 32 * kItems; // keys that a warp sorts at once
         return TeamMemory{shared.sorted + first_warp * padded(kKeys), shared.slots + first_warp * kKeys,
                           shared.ties + first_warp * kItems, shared.low + first_warp, shared.high + first_warp};
     };
@@ -268,7 +273,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) sortKernel(cons
 #pragma unroll 1
     for (uint32_t kind = kLongest - 1; kind > 0; --kind) {
         const uint32_t warps = 1u << kind, first_warp = warp & ~(warps - 1u);
-        // barriers by the first warp: teams of two sizes never meet at one
+        // barriers are numbered by the first warp of a team, so that teams of two sizes never meet at one
         const SortTeam team{32 * warps, threadIdx.x - 32 * first_warp, first_warp};
         const TeamMemory part = memoryFrom(first_warp);
         const uint32_t count = counters.pieces[kind];
@@ -281,7 +286,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) sortKernel(cons
     const SortWarp one{lane};
     const TeamMemory own = memoryFrom(warp);
     const uint32_t for_one = counters.pieces[0];
-    // the next one is asked for before a piece is sorted
+    // the number of the next piece is fetched before a piece is sorted
     const auto take = [&] { return lane == 0 ? atomicAdd(&counters.next_piece[0], 1u) : 0u; };
     for (uint32_t i, next = take(); (i = __shfl_sync(~0u, next, 0)) < for_one;) {
         const Piece piece = pieces(0)[i];

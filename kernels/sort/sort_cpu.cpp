@@ -13,16 +13,17 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kMostDigitBits = 11; // three passes over 32 bits
-constexpr size_t kMinChunkKeys = 32768; // the split depends on the count alone, never on the threads
-constexpr size_t kMaxChunks = 64;       // enough for as many workers; each costs a histogram
+constexpr uint32_t kMostDigitBits = 11; // bits of a digit, such that three passes are enough for 32 bits
+// keys per chunk at least; the cut into chunks depends on the number of keys alone, never on the threads
+constexpr size_t kMinChunkKeys = 32768;
+constexpr size_t kMaxChunks = 64; // largest number of chunks, enough for as many workers; each chunk needs a histogram
 
 size_t chunkKeys(size_t count)
 {
     return std::max(kMinChunkKeys, (count + kMaxChunks - 1) / kMaxChunks);
 }
 
-// Place of a slot among those of equal depth.
+// Number that orders a slot among those of equal depth.
 uint64_t orderOfSlot(const SortArgs& args, uint32_t slot)
 {
     const uint32_t offsets = args.model->params->n_offsets;
@@ -37,7 +38,7 @@ uint64_t orderOfSlot(const SortArgs& args, uint32_t slot)
     return emissionOrder(*args.model, anchor.chunk, anchor.local, origin % offsets);
 }
 
-// Depths of keys, in bits.
+// Smallest and largest depth of the keys, as bits.
 struct DepthRange {
     std::atomic<uint32_t> low{~0u}, high{0};
 
@@ -50,7 +51,7 @@ struct DepthRange {
     }
 };
 
-// Gathers the keys of all blocks densely into keys[0].
+// Copies the keys of all blocks without gaps to keys[0]; returns their number, and their depths in `range`.
 size_t gatherKeys(const SortArgs& args, const Workers& workers, SortScratch& scratch, DepthRange& range)
 {
     scratch.block_first.reserve(args.block_count + 1);
@@ -78,14 +79,14 @@ size_t gatherKeys(const SortArgs& args, const Workers& workers, SortScratch& scr
     return total;
 }
 
-// A digit of a key: some bits of its depth minus the least depth.
+// A digit of a key: some bits of the difference between its depth and the smallest depth.
 struct Digit {
     uint32_t low, shift, bits;
 
     [[nodiscard]] uint32_t of(const SortKey& key) const { return (key.depth_bits - low) >> shift & ((1u << bits) - 1); }
 };
 
-// One stable counting pass from `from` to `to`.
+// Sorts stably by one digit, from `from` to `to`, by counting.
 void radixPass(const Workers& workers, const SortKey* from, SortKey* to, size_t count, const Digit& digit,
                uint32_t* histograms, size_t chunks)
 {
@@ -117,14 +118,15 @@ void radixPass(const Workers& workers, const SortKey* from, SortKey* to, size_t 
     });
 }
 
-// Runs of equal depth are rare and short: they are put in emission order afterwards. All are found before any is
-// sorted, so that no worker reads a run that another writes.
+// Puts the keys of each run of equal depth in emission order; such runs are rare and short. All runs are found before
+// any is sorted, so that no worker reads a run that another one writes.
 void orderTies(const SortArgs& args, const Workers& workers, SortKey* keys, size_t count, size_t chunks,
                std::vector<std::vector<SortRun>>& runs)
 {
     const size_t step = chunkKeys(count);
     runs.resize(std::max(runs.size(), chunks));
-    const uint64_t unordered = uint64_t(args.ordered_blocks) * args.block_capacity; // slot
+    // first slot whose splats are not ordered
+    const uint64_t unordered = uint64_t(args.ordered_blocks) * args.block_capacity;
     const auto same = [keys](size_t i, size_t j) { return keys[i].depth_bits == keys[j].depth_bits; };
     workers.run(chunks, 1, [&](size_t begin, size_t end, int) {
         for (size_t c = begin; c < end; ++c) {
@@ -132,7 +134,7 @@ void orderTies(const SortArgs& args, const Workers& workers, SortKey* keys, size
             const size_t last = std::min(count, (c + 1) * step);
             for (size_t i = c * step; i < last; ++i) {
                 if (i + 1 == count || !same(i, i + 1) || (i > 0 && same(i - 1, i)))
-                    continue; // no run starts here
+                    continue; // no run begins here
                 size_t run_end = i + 2;
                 while (run_end < count && same(i, run_end))
                     ++run_end;
@@ -143,7 +145,7 @@ void orderTies(const SortArgs& args, const Workers& workers, SortKey* keys, size
     workers.run(chunks, 1, [&](size_t begin, size_t end, int) {
         for (size_t c = begin; c < end; ++c)
             for (const SortRun& run : runs[c]) {
-                // note: slots still rise along a run
+                // note: slots still ascend in a run
                 const SortKey* const after = std::partition_point(
                     keys + run.begin, keys + run.end, [&](const SortKey& key) { return key.slot < unordered; });
                 std::sort(keys + run.begin, keys + (after - keys), [&args](const SortKey& a, const SortKey& b) {
@@ -162,8 +164,8 @@ size_t sortCpu(const SortArgs& args, const Workers& workers, SortScratch& scratc
     if (count == 0)
         return 0;
     const size_t chunks = (count + chunkKeys(count) - 1) / chunkKeys(count);
-    // note: only the bits in which depths differ, in as few passes and then as short digits as they take: the fewer places
-    // keys go to at once, the better the first cache holds them
+    // note: uses only the bits in which depths differ, in as few passes as they need, and then with digits as short as
+    // possible: the fewer places keys are written to at once, the better these stay in the first-level cache
     const uint32_t low = range.low, used = std::max(1u, uint32_t(std::bit_width(range.high - low)));
     const uint32_t passes = (used + kMostDigitBits - 1) / kMostDigitBits, bits = (used + passes - 1) / passes;
     scratch.histograms.reserve(chunks << bits);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depth order within the pieces of the bins' lists, on the device.
+// Sorts the keys in each piece of the bins' lists by depth, on the device.
 #pragma once
 
 #include "kernels/frame/device_model.h"
@@ -10,16 +10,17 @@ struct CUstream_st;
 namespace gsc {
 
 struct SortCudaArgs {
-    SortKey* keys;          // sorted in place piece by piece; afterwards only `slot` means something
-    const uint32_t* orders; // emission order of the splat in slot 0; in shared bins the first eye's tell the order
-    bool exact;             // slots are ExactSplats, not PackedSplats
+    SortKey* keys; // keys, sorted in place in each piece; afterwards only `slot` has a meaning
+    // emission order of the splat in slot 0, in an array of splats; with shared bins the first eye's are used
+    const uint32_t* orders;
+    bool exact; // true: the splats are ExactSplats; false: PackedSplats
     const Piece* pieces;
     uint32_t piece_capacity;
     FrameCounters* counters;
 };
 
-// Front to back, equal depths by emission order, so that the result does not depend on the order of the keys before.
-// Asynchronous.
+// Sorts each piece from front to back, keys of equal depth by emission order, so that the result does not depend on the
+// order in which keys were written. Asynchronous.
 void sortCuda(const SortCudaArgs& args, uint32_t processors, CUstream_st* stream);
 
 } // namespace gsc

@@ -20,7 +20,7 @@ namespace gsc {
 namespace {
 
 struct TbbPool {
-    // note: TBB starts no more workers than cores unless told so; tests ask for more
+    // note: TBB starts no more workers than there are cores unless told so; tests ask for more
     explicit TbbPool(int threads)
         : control(tbb::global_control::max_allowed_parallelism,
                   std::max<size_t>(size_t(threads), size_t(tbb::info::default_concurrency()))),
@@ -46,7 +46,7 @@ struct TbbPool {
 
 } // namespace
 
-// TBB cannot do with fewer threads than it wants.
+// TBB, or plain threads if these are short, since TBB cannot work with fewer threads than it wants.
 struct Workers::Impl {
     Impl(int threads, bool are_short)
     {

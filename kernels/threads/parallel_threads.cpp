@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Workers without TBB, for a player that is one file.
+// Workers without TBB, for a player that shall be one file.
 #include "kernels/threads/parallel.h"
 
 #include "format/machine/threads.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Threads that wait for a job, and ranges handed out by a counter. Works with as many threads as the system gives.
+// Threads that wait for a job and take ranges of it by a counter. Works with as many threads as the system gives.
 #pragma once
 
 #include "format/machine/threads.h"
@@ -17,8 +17,8 @@
 
 namespace gsc {
 
-// how often a thread looks before it sleeps: tens of microseconds, the gap between two stages of a frame; waking a
-// sleeper takes as long
+// Number of times that a thread looks for work before it sleeps: tens of microseconds, which is the gap between two
+// stages of a frame, and the time that waking takes.
 inline constexpr int kLooks = 500;
 
 inline void pauseBriefly()
@@ -39,7 +39,7 @@ void lookFor(Condition&& condition)
 
 class PlainPool {
 public:
-    explicit PlainPool(int threads) // the caller's among them
+    explicit PlainPool(int threads) // `threads`: number of threads, with that of the caller
     {
         m_threads.reserve(size_t(threads) - 1);
         const ThreadAttempt attempt;
@@ -47,7 +47,7 @@ public:
             for (int worker = 1; worker < threads; ++worker)
                 m_threads.emplace_back([this, worker] { help(worker); });
         } catch (const std::system_error&) {
-            // the system has no more threads; those there are do all of the work
+            // the system gives no more threads; those already started do all of the work
         }
     }
 
@@ -63,7 +63,7 @@ public:
             thread.join();
     }
 
-    // See Workers::run(). Precondition: count > 0.
+    // Runs a job as Workers::run() says. Precondition: count > 0.
     void run(size_t count, size_t grain, const Workers::Body& body)
     {
         grain = std::max<size_t>(1, grain);
@@ -79,7 +79,7 @@ private:
         const Workers::Body& body;
         std::atomic<size_t> next{0};
         std::atomic<bool> failed{false};
-        std::exception_ptr error{}; // error of the body that failed first
+        std::exception_ptr error{}; // exception of the body that failed first
     };
 
     void run(Job& job)
@@ -98,7 +98,7 @@ private:
         work(job, 0);
 
         std::unique_lock lock(m_mutex);
-        m_job = nullptr; // no thread joins from here on, so the job may go when the last has left
+        m_job = nullptr; // from here on no thread joins the job; it may be destroyed when the last thread has left it
         lock.unlock();
         lookFor([this] { return m_helping == 0; });
         lock.lock();
@@ -130,7 +130,7 @@ private:
                 return;
             seen = m_posts;
             if (m_job == nullptr)
-                continue; // woke too late
+                continue; // the job has ended already
             Job& job = *m_job;
             ++m_helping;
             lock.unlock();
@@ -141,11 +141,11 @@ private:
         }
     }
 
-    std::mutex m_callers; // held by the thread whose job is posted
-    std::mutex m_mutex;   // guards the members below
+    std::mutex m_callers; // locked by the thread whose job is under way
+    std::mutex m_mutex;   // locked while the members below are read or written
     std::condition_variable m_posted, m_left;
     std::atomic<uint32_t> m_posts{0};
-    std::atomic<uint32_t> m_helping{0}; // threads inside the job, beside its caller
+    std::atomic<uint32_t> m_helping{0}; // number of threads at work on the job, without its caller
     Job* m_job = nullptr;
     bool m_stop = false;
     std::vector<std::thread> m_threads;

@@ -17,7 +17,7 @@ inline double millisecondsSince(std::chrono::steady_clock::time_point start)
 
 class Stopwatch {
 public:
-    // Milliseconds since construction or the last lap.
+    // Milliseconds since construction or the last call of lap().
     double lap()
     {
         const Clock::time_point now = Clock::now();

@@ -19,7 +19,8 @@ __device__ const T* array(const UploadArgs& args, ChunkArray which, uint32_t i)
     return reinterpret_cast<const T*>(args.payload + args.layout.offset[a] + args.layout.stride[a] * i);
 }
 
-// note: saturates, because an infinity would make every product it meets infinite or NaN; NaN stays
+// Bits of the half float nearest to `v`. note: the largest finite one for larger values, because an infinity would make
+// products infinite or NaN; NaN stays NaN
 __device__ __forceinline__ uint16_t halfBits(float v)
 {
     constexpr float kLargest = 65504.0f;
@@ -30,13 +31,14 @@ __device__ __forceinline__ uint16_t halfBits(float v)
     return __half_as_ushort(__float2half_rn(v));
 }
 
-// An anchor's features or offsets of a compact model, in steps of 2^power.
+// Number of steps of 2^power in a feature or offset of a compact model, at most `most` in magnitude.
 __device__ __forceinline__ int32_t wholeSteps(float value, int power, int32_t most)
 {
     return min(max(__float2int_rn(ldexpf(value, -power)), -most), most);
 }
 
-// Packs a block's anchors into the arrays of a compact model, with powers instead of steps. Takes features by fours.
+// Packs the anchors of a block into the arrays of a compact model, with powers of two instead of steps. Packs four
+// features at a time.
 __device__ __forceinline__ void packCompact(const UploadArgs& args, uint32_t first, uint32_t n)
 {
     const size_t base = size_t(args.chunk.anchor_first) + first;
@@ -55,7 +57,8 @@ __device__ __forceinline__ void packCompact(const UploadArgs& args, uint32_t fir
         for (int a = 0; a < 3; ++a)
             shape.extent[a] = packExtent(expf(log_scale[3 + a]));
         shape.feature_power =
-            int8_t(min(compactExponent(of_features, kCompactFeatureBits), 9)); // 127 steps are no infinite half
+            // limited, so that 127 steps are no infinite half float
+            int8_t(min(compactExponent(of_features, kCompactFeatureBits), 9));
         shape.offset_power = int8_t(compactExponent(of_offsets, kCompactOffsetBits));
         args.to.compact_shape[base + threadIdx.x] = shape;
     }
@@ -83,12 +86,13 @@ __device__ __forceinline__ void packCompact(const UploadArgs& args, uint32_t fir
     }
 }
 
-// One block per 128 anchors; its threads then stride over the anchors' values.
+// Converts a chunk; a block takes 128 anchors, whose values its threads then share.
 __global__ void __launch_bounds__(kThreads) uploadKernel(const __grid_constant__ UploadArgs args)
 {
     const uint32_t first = blockIdx.x * kThreads, n = min(kThreads, args.chunk.anchor_count - first);
     const size_t base = size_t(args.chunk.anchor_first) + first;
-    // an anchor's offsets are about alike, so steps of their largest serve them all
+    // steps for the offsets of each anchor: an anchor's offsets are about equally large, so that the largest one gives
+    // a step for all
     __shared__ float steps[kThreads][3];
     if (threadIdx.x < n)
         for (int a = 0; a < 3; ++a) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A chunk payload, as it lies in the file, into the flat arrays the CUDA stages read.
+// Copies the payload of a chunk, as it lies in the file, to the flat arrays that the CUDA stages read.
 #pragma once
 
 #include "kernels/frame/device_model.h"
@@ -8,14 +8,14 @@ struct CUstream_st;
 
 namespace gsc {
 
-// Device arrays of the whole model, for DeviceModel to point to.
+// Device arrays of the whole model, to which a DeviceModel points.
 struct AnchorArrays {
     float *placement, *size, *shape;
-    float* rotation; // null = none
+    float* rotation; // null if the model has no rotations
     uint32_t* source;
-    uint16_t* feature;           // null = none
-    uint64_t* offset;            // null = none
-    CompactShape* compact_shape; // DeviceModel
+    uint16_t* feature;           // null in a compact model
+    uint64_t* offset;            // null in a compact model
+    CompactShape* compact_shape; // sizes of the anchors of a compact model, null in other models
     uint32_t *compact_feature, *compact_offset;
 };
 
@@ -23,15 +23,15 @@ struct UploadArgs {
     ChunkRecord chunk;
     LevelRecord level;
     ChunkArrayLayout layout;
-    const unsigned char* payload; // device copy of the chunk's arrays, at the offsets of `layout`
+    const unsigned char* payload; // the chunk's arrays in device memory, at the offsets in `layout`
     uint32_t feat_dim, n_offsets;
-    bool grid_positions, masked_slots; // masked_slots: kModelMaskedSlots
+    bool grid_positions, masked_slots; // masked_slots: the model has kModelMaskedSlots
     AnchorArrays to;
 };
 
-void uploadCuda(const UploadArgs& args, CUstream_st* stream); // asynchronous
+void uploadCuda(const UploadArgs& args, CUstream_st* stream); // converts the payload of one chunk; asynchronous
 
-// Returns a cudaError_t: success if the current device runs the code of this build.
+// Returns a cudaError_t, cudaSuccess if the current device can run the code of this build.
 int probeCuda();
 
 } // namespace gsc

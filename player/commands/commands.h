@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands of gsc-play. Playing has no command: gsc-play FILE plays.
+// Entry points of the commands of gsc-play. Playing has no command word: `gsc-play FILE` plays.
 #pragma once
 
 #include "runtime/cli/tool.h"
@@ -14,7 +14,7 @@ void addWindowCommand(CLI::App& root, Invocation& invocation);
 void addXrCommand(CLI::App& root, Invocation& invocation);
 void addBackendsCommand(CLI::App& root, Invocation& invocation);
 
-// Everything main() does. Returns the exit code; never throws.
+// Runs the whole program: parses the command line and runs the command. Returns the exit code; never throws.
 int runGscPlay(int argc, const char* const* argv);
 
 } // namespace gsc

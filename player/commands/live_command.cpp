@@ -54,7 +54,7 @@ ErrorCode runLive(const LiveOptions& options, Reporter& report)
     report.endProgress(false);
     if (report.json()) {
         ServiceTraceReport trace = liveTrace(options, summary);
-        trace.poses.clear(); // --trace has them
+        trace.poses.clear(); // the file of --trace holds the poses
         report.object(toJson(trace));
     } else {
         report.text(liveReportText(options, summary));

@@ -81,7 +81,7 @@ void addOutputOptions(CLI::App& app, PlayOptions& options)
     addShard(app, options, "the frames", "--stats");
 }
 
-// A shard draws every N-th frame, so no frame may depend on the one before.
+// Throws if the options make a frame depend on the frame before it: a shard draws only every N-th frame.
 void checkShard(const CLI::App& app, const PlayOptions& options)
 {
     const bool keeps = options.frame.reuse.policy != ReusePolicy::None, coarse = options.frame.detail > 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of `gsc-play FILE`, apart from the command so that tests parse them.
+// The options of `gsc-play FILE`, apart from the command so that tests can parse them.
 #pragma once
 
 #include "player/options/play_options.h"
@@ -11,7 +11,7 @@ class App;
 namespace gsc {
 
 void addPlayOptions(CLI::App& app, PlayOptions& options);
-// Checks options against each other. Throws Error (Usage, Unsupported).
+// Throws Error (Usage, Unsupported) if options contradict each other.
 void checkPlayOptions(const CLI::App& app, const PlayOptions& options);
 
 } // namespace gsc

@@ -16,7 +16,7 @@ namespace gsc {
 
 namespace {
 
-constexpr double kMaxLength = 1e15; // world units
+constexpr double kMaxLength = 1e15; // largest length that an option takes, world units
 constexpr double kMaxTargetMs = 60000;
 
 std::vector<float> parseColor(const std::string& name, const std::string& text)

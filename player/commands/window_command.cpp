@@ -43,7 +43,7 @@ void addWindowOptions(CLI::App& app, WindowOptions& options)
 
 void checkWindowOptions(const CLI::App& app, const WindowOptions& options)
 {
-    checkRenderOptions(app, options.play, false, true); // the window switches between one eye and two
+    checkRenderOptions(app, options.play, false, true); // true: the person may switch to two eyes in the window
     checkWorkerOptions(app, options.play);
     checkEffect(app, "--overwrite", !options.log.empty(), "--log");
     if (!std::filesystem::is_directory(options.folder))

@@ -18,7 +18,7 @@ namespace {
 constexpr size_t kMostWorkers = 64;
 constexpr double kMostFps = 100000;
 
-// Words between commas, empty ones too.
+// Splits a text at commas; empty words are kept.
 std::vector<std::string> wordsOf(const std::string& text)
 {
     std::vector<std::string> words{""};
@@ -33,7 +33,7 @@ bool wholeNumber(const std::string& text, int& value)
     return code == std::errc() && end == text.data() + text.size() && value >= 0;
 }
 
-// "cuda:1", "cuda", "cpu".
+// Parses a device such as "cuda:1", "cuda" or "cpu"; returns none for anything else.
 std::optional<DeviceId> deviceOf(const std::string& text)
 {
     const size_t colon = text.find(':');
@@ -57,7 +57,7 @@ std::vector<DeviceId> parseDevices(const std::string& name, const std::string& t
     return ids;
 }
 
-// "2", "all", "cpu:4".
+// Parses the value of --gpus: "2", "all" or "cpu:4".
 WorkerCount parseGpus(const std::string& name, const std::string& text)
 {
     WorkerCount count;
@@ -72,7 +72,7 @@ WorkerCount parseGpus(const std::string& name, const std::string& text)
     return count;
 }
 
-// "throw:0.01,hang:0.001,hang-ms:500,seed:7,device:cuda:1".
+// Parses the value of --inject: "throw:0.01,hang:0.001,hang-ms:500,seed:7,device:cuda:1".
 Faults parseFaults(const std::string& name, const std::string& text)
 {
     Faults faults;

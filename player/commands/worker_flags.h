@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The switches --gpus, --devices, --mode, --min-fps, --max-fps and --inject.
+// The options --gpus, --devices, --mode, --min-fps, --max-fps and --inject.
 #pragma once
 
 #include "player/options/play_options.h"
@@ -11,8 +11,8 @@ class App;
 namespace gsc {
 
 void addWorkerOptions(CLI::App& app, PlayOptions& options);
-// Refuses options that contradict each other, and such that the devices cannot do; sweeps: their runs choose the
-// options. Throws Error (Usage, Unsupported, Device).
+// Throws Error (Usage, Unsupported, Device) if options contradict each other or the devices cannot do them. `sweeps`:
+// a sweep file states the options of each run.
 void checkWorkerOptions(const CLI::App& app, const PlayOptions& options, bool sweeps = false);
 
 } // namespace gsc

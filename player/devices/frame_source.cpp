@@ -74,7 +74,7 @@ std::optional<DrawnPose> FrameSource::next(std::chrono::nanoseconds most)
                         formatString("no worker is left%s%s", why.empty() ? "" : ", the last because: ", why.c_str()),
                         "one", "look at --list-devices and start again");
         }
-        if (stats.counts.open() == 0) // the poses asked for have expired or failed
+        if (stats.counts.open() == 0) // no pose is open any more: the poses in m_open have expired or failed
             m_open.clear();
         return std::nullopt;
     }
@@ -82,7 +82,7 @@ std::optional<DrawnPose> FrameSource::next(std::chrono::nanoseconds most)
     if (asked == m_open.end())
         return std::nullopt;
     DrawnPose drawn{std::move(asked->second), std::move(*delivery)};
-    m_open.erase(m_open.begin(), std::next(asked)); // older ones are late or expired
+    m_open.erase(m_open.begin(), std::next(asked)); // poses older than the delivered one are late or expired
     return drawn;
 }
 
@@ -115,7 +115,7 @@ std::vector<ShownPicture> FrameSource::shown(const DrawnPose& drawn)
         } catch (const Error& e) {
             if (e.code() != ErrorCode::Device)
                 throw;
-            m_ring.reset(); // also frees the device, so that the service can open it again
+            m_ring.reset(); // frees the memory on the device, too, so that the service can open the device again
             return {};
         }
         m_handed = pictures;

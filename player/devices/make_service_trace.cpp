@@ -9,7 +9,7 @@ namespace gsc {
 namespace {
 
 constexpr double kRateIntervals = 120;
-constexpr double kShortestInterval = 0.1; // seconds
+constexpr double kShortestInterval = 0.1; // shortest interval that rates are counted over, seconds
 
 double secondsOf(ServiceTime time)
 {
@@ -21,7 +21,8 @@ ServiceTraceReport::Stages stagesOf(const StageTimes& times)
     return {times.select, times.decode, times.project, times.bin, times.sort, times.blend};
 }
 
-// Set of workers that draw, followed from event to event. A worker that was told to start draws once it has the model.
+// Set of the workers that draw at a moment, kept up to date by the events of a trace in order of time. A worker that
+// was started counts only once it has loaded the model.
 class WorkingWorkers {
 public:
     explicit WorkingWorkers(size_t count) : m_workers(count) {}
@@ -73,7 +74,7 @@ std::vector<double> timesShown(const ServiceTrace& trace)
     return times;
 }
 
-// In (from, to].
+// Number of the values that are > from and <= to. `ascending` is sorted.
 double countBetween(const std::vector<double>& ascending, double from, double to)
 {
     return double(std::ranges::upper_bound(ascending, to) - std::ranges::upper_bound(ascending, from));
@@ -88,7 +89,8 @@ std::vector<ServiceTraceReport::Sample> rateOver(const ServiceTrace& trace, cons
     for (const TraceEvent& event : trace.events)
         end = std::max(end, secondsOf(event.at));
     const double interval = std::max(end / kRateIntervals, kShortestInterval);
-    const double count = std::max(1.0, std::floor(end / interval + 0.5)); // the last one ends with the run
+    // number of intervals; the last one ends with the run
+    const double count = std::max(1.0, std::floor(end / interval + 0.5));
     std::vector<ServiceTraceReport::Sample> samples;
     WorkingWorkers working(workers);
     auto event = trace.events.begin();

@@ -6,8 +6,8 @@
 
 namespace gsc {
 
-// Report of one service's `trace` and `stats`; rates are counted over 120 intervals, each 0.1 s or more. The caller
-// fills in the tool, the file and the options.
+// Makes the report of one service from its `trace` and `stats`. Pictures per second are counted in up to 120 equal
+// intervals of at least 0.1 s. The caller fills in the tool, the file and the options.
 ServiceTraceReport makeServiceTrace(const ServiceTrace& trace, const ServiceStats& stats);
 
 } // namespace gsc

@@ -24,7 +24,7 @@ std::shared_ptr<const Scene> openScene(const ModelChoice& model, const DeviceCho
         const ThreadAttempt attempt;
         start = std::jthread([&first] { startDevice(first); });
     } catch (const std::system_error&) {
-        // it only saves time
+        // no thread could be started; starting the device early only saves time
     }
     return Scene::open(model.file, model.verify);
 }

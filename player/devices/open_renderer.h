@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The renderer that the command line asks for, with the model loaded.
+// Opens the model and makes the renderer that the command line asks for.
 #pragma once
 
 #include "player/options/device_choice.h"
@@ -10,12 +10,12 @@
 
 namespace gsc {
 
-// Opens the file and checks it as Scene::open() does. The device starts meanwhile.
+// Opens the model's file and checks it as Scene::open() does. Another thread starts the device in the meantime.
 std::shared_ptr<const Scene> openScene(const ModelChoice& model, const DeviceChoice& choice);
 
-// Several devices as one renderer (runtime/service/service_renderer.h) where the options ask for that. Otherwise, with
-// --backend auto, what a better backend cannot load, for want of memory or of support, the CPU loads instead, after a
-// warning. `load_ms`: how long the loading took. Throws Error.
+// Makes a renderer with the model loaded. If the options ask for several devices, they act as one renderer
+// (runtime/service/service_renderer.h). Otherwise, with --backend auto, the CPU loads a model for which a better
+// device lacks memory or support, after a warning. `load_ms` receives the time of loading. Throws Error.
 std::unique_ptr<Renderer> openRenderer(const ModelChoice& model, const DeviceChoice& choice,
                                        std::shared_ptr<const Scene> scene, Reporter& log, double& load_ms);
 

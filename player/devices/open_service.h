@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The service that the command line asks for, fed in real time: the newest pose is drawn next.
+// Opens the renderer service that the command line asks for. It draws in real time: the newest pose is drawn next.
 #pragma once
 
 #include "player/options/device_choice.h"
@@ -15,14 +15,14 @@ namespace gsc {
 
 struct OpenedService {
     std::unique_ptr<RendererService> service;
-    std::vector<std::string> devices; // names of the devices that draw
+    std::vector<std::string> devices; // names of the devices that draw, a name for each worker
 };
 
-// Opens the service. The CPU loads a model that the better device cannot load, where the options leave the choice.
-// `set` changes service options that the command line has no word for. Throws Error.
+// Opens the service. With --backend auto, the CPU loads a model that a better device cannot load. `set` changes
+// service options that no option of the command line sets. Throws Error.
 OpenedService openService(const std::shared_ptr<const Scene>& scene, const ModelChoice& model,
                           const DeviceChoice& choice, const std::function<void(ServiceOptions&)>& set, Reporter& log);
 
-bool allGone(const ServiceStats& stats); // every worker
+bool allGone(const ServiceStats& stats); // true if no worker is left
 
 } // namespace gsc

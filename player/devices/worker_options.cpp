@@ -14,7 +14,7 @@ namespace gsc {
 
 namespace {
 
-// Returns as many devices as asked for, of those that this machine has.
+// Returns as many devices of this machine as `count` asks for.
 std::vector<DeviceId> devicesOf(const WorkerCount& count)
 {
     if (count.on_cpu)
@@ -100,14 +100,14 @@ ServiceOptions serviceOptions(const ModelChoice& model, const DeviceChoice& choi
         };
     const auto on_cpu = size_t(std::ranges::count(service.devices, "cpu", &DeviceId::backend));
     service.renderer = {choice.threads, choice.vram_budget, choice.first_picture};
-    if (service.renderer.first_picture) // a switch to exact waits for the file
+    if (service.renderer.first_picture) // a switch to tier exact waits until the file is loaded
         service.deadline = std::chrono::minutes(1);
-    if (choice.threads == 0 && on_cpu > 1) // they share the cores
+    if (choice.threads == 0 && on_cpu > 1) // workers on CPUs share the cores
         service.renderer.threads = std::max(1, usableProcessors() / int(on_cpu));
     service.mode = service.devices.size() == 1 ? ServiceMode::Frame : workers.mode;
     service.pace.min_fps = workers.min_fps;
     service.pace.max_fps = workers.max_fps;
-    // a CPU may take minutes for a frame of the reference
+    // a CPU may take minutes for a frame of tier exact
     if (!std::ranges::all_of(service.devices, [](const DeviceId& device) { return device.backend == "cuda"; }))
         service.deadline = std::chrono::minutes(10);
     if (workers.faults && workers.faults->any()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts, times and states of devices that draw together, for the reports.
+// Counts, times and states of the workers of a service, for the reports.
 #pragma once
 
 #include "runtime/records/run_parts.h"
@@ -10,14 +10,14 @@
 
 namespace gsc {
 
-// Numbers of the service behind `renderer`, if several devices draw for it (ServiceRenderer); none of another.
+// Numbers of the service behind `renderer`, if that is a ServiceRenderer (several devices draw); otherwise none.
 std::optional<ServiceStats> serviceStats(const Renderer& renderer);
 
 std::optional<ServiceFacts> serviceFacts(const std::optional<ServiceStats>& stats);
 
-// "workers" of a report; null without.
+// Makes the field "workers" of a report; null if no service draws.
 OrderedJson workersJson(const std::optional<ServiceStats>& stats);
-// Some lines; empty without.
+// Describes the workers in a few lines of text; empty if no service draws.
 std::string workersText(const std::optional<ServiceFacts>& service);
 
 } // namespace gsc

@@ -13,7 +13,7 @@ void addPoses(std::span<const Shot> shots, uint32_t eye_count, Checksum64& sum)
 {
     for (const Shot& shot : shots) {
         EyeParams eyes[kMaxEyes];
-        std::memset(eyes, 0, sizeof(eyes)); // no stray bytes between fields
+        std::memset(eyes, 0, sizeof(eyes)); // padding between fields must not change the checksum
         shotEyes(shot, eye_count, eyes);
         sum.update(std::as_bytes(std::span(eyes)));
         sum.update(std::as_bytes(std::span(&shot.appearance, 1)));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hashes of a model and of poses, which tell runs apart.
+// Checksums of a model and of poses, by which runs on different models or poses are told apart.
 #pragma once
 
 #include <gsc/checksum.h>
@@ -10,11 +10,11 @@
 
 namespace gsc {
 
-// Every pose as the backend gets it.
+// Adds every pose to `sum`, as the backend gets it.
 void addPoses(std::span<const Shot> shots, uint32_t eye_count, Checksum64& sum);
 
-// The checksum of header and section table, which holds those of everything else. Precondition: Scene::open() took the
-// file. Throws Error(Io).
+// Checksum of the header and the section table of a .gsc file; these hold the checksums of everything else in it.
+// Precondition: Scene::open() took the file. Throws Error(Io).
 uint64_t fileHash(const std::string& path);
 
 } // namespace gsc

@@ -10,11 +10,11 @@ namespace gsc {
 
 namespace {
 
-// How far a target may let the bias fall.
+// Lowest level bias (FrameOptions::lod_bias) that a time target may choose.
 double coarsestBias(const Scene& scene, const FrameChoice& choice)
 {
-    // all levels and, for forks of 2, up to sixteen times the distance beyond the finest level; no more, because the
-    // bias has to climb back
+    // below the chosen bias by all levels, and by 4 more: where a level halves the distance, sixteen times the
+    // distance beyond the finest level. No more, because the bias has to climb back
     const double coarsest = choice.lod_bias - double(scene.view().params->level_clamp) - 4;
     return std::max(coarsest, -kMaxLodBias);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of options that need a model with levels, and the guard of --target-ms with the settings that it may lower.
+// Checks options that need a model with levels, and makes the guard of --target-ms with the settings that it may
+// lower.
 #pragma once
 
 #include "player/options/frame_choice.h"
@@ -11,27 +12,29 @@
 
 namespace gsc {
 
-// True if the model has a rule for levels: not a Scaffold-GS model, nor one that was trained with a single level.
+// Returns true if the model chooses levels by distance: not a Scaffold-GS model, nor one that was trained with a
+// single level.
 bool hasLevels(const Scene& scene);
 
-// Throws Error(Usage) if `value`, in levels, is not 0 and the model has only one level. `what`: the option, or the key
-// of a file with the file's name.
+// Throws Error(Usage) if `value`, in levels, is not 0 and the model has only one level. `what` names the option, or
+// the key and the file that state the value.
 void checkLevelChoice(const Scene& scene, const std::string& model, const std::string& what, double value);
-// checks all options of a choice that concern levels
+// Checks all options in `choice` that concern levels
 void checkLevelOptions(const Scene& scene, const std::string& model, const FrameChoice& choice);
 
-// True if a backend that draws in tier `runs` (Renderer::tierOf()) can draw frames of the choice with detail.
+// Returns true if frames of `choice` are drawn with detail by `backend`, which draws them in tier `runs`
+// (Renderer::tierOf()).
 bool drawsDetail(const FrameChoice& choice, const std::string& backend, Tier runs);
 
-// Means that a time target may use beside levels to make frames cheaper.
+// Settings that a time target may lower to make frames cheaper, beside the level bias.
 struct Guarded {
-    bool detail = false;    // drawsDetail()
-    bool periphery = false; // the periphery of --foveation may get coarser
+    bool detail = false;    // true: the detail may get coarser (see drawsDetail())
+    bool periphery = false; // true: the outer parts of --foveation may get coarser
 };
 
-// Guard of the choice's time target; none without a target, or where frames have nothing to give up.
+// Makes the guard of the time target of `choice`. None without a target, or if no setting can make the frames cheaper.
 std::optional<FrameGuard> frameGuard(const Scene& scene, const FrameChoice& choice, Guarded guarded);
-// Returns frameGuard(); throws Error(Usage) if there is a target and frames have nothing to give up.
+// Returns frameGuard(); throws Error(Usage) if there is a target but no setting can make the frames cheaper.
 std::optional<FrameGuard> checkedGuard(const Scene& scene, const std::string& model, const FrameChoice& choice,
                                        Guarded guarded);
 

@@ -13,7 +13,8 @@ namespace gsc {
 
 namespace {
 
-// A head of a trajectory with views, sized as asked for. The lens is the view's whatever the size is.
+// Gives a camera of a trajectory the size of picture that was asked for. Applies to trajectories that state a view for
+// each eye; the angles of view stay.
 void sizeHead(Camera& head, const ViewChoice& view)
 {
     if (view.width > 0) {
@@ -24,7 +25,7 @@ void sizeHead(Camera& head, const ViewChoice& view)
         throw Error(ErrorCode::Usage, "camera " + head.name, "its file states no image size", "one", "pass --size WxH");
 }
 
-// Throws for options that a trajectory with views cannot follow.
+// Throws if options contradict a trajectory that states a view for each eye.
 void checkViews(const TrajectoryFacts& facts, const std::string& cameras, const ViewChoice& view)
 {
     const char* const file = cameras.c_str();
@@ -39,8 +40,8 @@ void checkViews(const TrajectoryFacts& facts, const std::string& cameras, const 
                     "pass --eyes 1");
 }
 
-// Distance of two eyes in world units; 0 with one eye, or where views say where they are. Throws Error(Usage) where it
-// is not known.
+// Distance of two eyes in world units; 0 with one eye, or if the trajectory states a view for each eye. Throws
+// Error(Usage) if no distance is known.
 double eyeDistance(const Scene& scene, const std::string& file, const TrajectoryFacts& facts,
                    const CameraChoice& choice, const ViewChoice& view, Reporter& log)
 {
@@ -75,7 +76,7 @@ double eyeDistance(const Scene& scene, const std::string& file, const Trajectory
     return metres * metre->units;
 }
 
-// Throws where the range that was asked for ends behind the cameras.
+// Throws if the range of frames that was asked for ends behind the last camera.
 void checkRange(const CameraChoice& choice, size_t cameras)
 {
     if (choice.first >= cameras)
@@ -91,10 +92,11 @@ void checkRange(const CameraChoice& choice, size_t cameras)
                 formatString("pass %s %llu:%zu or %llu:", name.c_str(), first, cameras, first));
 }
 
-// --fov is one angle, from which the other follows as of square pixels.
+// Warns if cameras have pixels that are not square: --fov is one angle, and the other follows as for square pixels.
 void tellSquared(const std::vector<Camera>& cameras, const std::string& file, const ViewChoice& view, Reporter& log)
 {
-    constexpr double kSquare = 0.01; // relative; the trainers' own focal lengths differ by less
+    // relative tolerance; focal_x and focal_y of the trainers' own cameras differ by less
+    constexpr double kSquare = 0.01;
     if (!(view.fov_x > 0))
         return;
     const auto squared = std::ranges::count_if(cameras, [](const Camera& camera) {
@@ -139,7 +141,7 @@ std::vector<Shot> cutShots(std::vector<Camera> cameras, const TrajectoryFacts& f
 void chooseAppearance(const Scene& scene, const std::string& model, int row, std::vector<Shot>& shots, Reporter& log)
 {
     if (row >= 0) {
-        (void)scene.appearanceRow(row); // throws where the model has no such row
+        (void)scene.appearanceRow(row); // throws if the model has no such row
         for (Shot& shot : shots)
             shot.appearance = row;
         return;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shots of a run: cameras, embedding rows and frame options, chosen by the command line and the file.
+// Chooses the shots of a run: cameras, rows of the appearance embedding, and frame options, from the command line and
+// the file.
 #pragma once
 
 #include "player/options/camera_choice.h"
@@ -14,20 +15,21 @@
 namespace gsc {
 
 struct ShotFacts {
-    std::string title;   // stated by the trajectory; empty = none
-    std::string no_path; // why the shots are no path, as a message says it; empty = they are one
+    std::string title;   // title stated in the trajectory; empty = none
+    std::string no_path; // reason why the shots are no path, as the end of a message; empty = they are a path
 };
 
-// At least one. Warns where an embedding row had to be chosen for a camera and where distortion is ignored. `model` is the
-// scene's file. Throws Error (Usage, Io, InvalidFile, Unsupported).
+// Reads the cameras; returns at least one shot. Warns if a row of the appearance embedding had to be chosen for a
+// camera, and if distortion is ignored. `model` is the path of the scene's file. Throws Error (Usage, Io, InvalidFile,
+// Unsupported).
 std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, const CameraChoice& choice,
                               const ViewChoice& view, Reporter& log, ShotFacts* facts = nullptr);
 
-// The choice as shots are drawn that ShotFacts::no_path is of: without detail where they are no path, which `log` is warned
-// of.
+// Returns `choice` for shots with this ShotFacts::no_path: detail is switched off, with a warning, if they are no
+// path.
 FrameChoice choiceOn(const std::string& no_path, const FrameChoice& choice, Reporter& log);
 
-// Sets background, near plane, tier, detail, stereo, levels and reuse; the appearance is the shot's.
+// Sets background, near plane, tier, detail, stereo, levels and reuse; the shot itself sets the appearance.
 FrameOptions frameOptions(const Scene& scene, const FrameChoice& choice);
 
 } // namespace gsc

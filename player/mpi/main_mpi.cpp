@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// gsc-play with the ranks of an MPI job as devices: rank 0 runs gsc-play, the others draw for it.
+// Program gsc-play-mpi: gsc-play that uses the ranks of an MPI job as devices. Rank 0 runs gsc-play, the other ranks
+// draw for it.
 #include <gsc/error.h>
 #include <gsc/interrupt.h>
 #include "player/commands/commands.h"
@@ -16,8 +17,8 @@
 
 namespace {
 
-// True if all ranks are one build; others would misread its structs, and say so. The layout tells builds apart whose
-// sources were changed since their commit.
+// Returns true if all ranks run the same build; others would misread its structs, and print so. The layout of the
+// structs tells builds apart whose sources were changed after their commit.
 bool isOneBuild(int rank)
 {
     const std::string version = gsc::versionText("gsc-play-mpi");
@@ -75,9 +76,9 @@ int main(int argc, char** argv)
         gsc::setRemoteWorkers(std::move(remote));
         code = gsc::runGscPlay(argc, argv);
         if (gsc::ranksHang()) {
-            // The run is over, and its output is complete. MPI_Finalize() would wait for ever for a rank that has gone,
-            // and mpirun counts any other end as a failure; MPI_Abort() passes the exit code on, 0 too, though mpirun
-            // calls it an abort.
+            // The run is over and its output is complete, but one rank hangs. MPI_Finalize() would wait for it for
+            // ever, and mpirun takes any other end of the process for a failure. MPI_Abort() passes the exit code on,
+            // even 0, though mpirun calls it an abort.
             std::fprintf(stderr,
                          "warning: gsc-play-mpi: a rank hangs, expected it to end with the run; its process is ended "
                          "by MPI_ABORT, and the exit code is that of the run, %d\n",

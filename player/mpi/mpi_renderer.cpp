@@ -21,7 +21,8 @@ namespace {
 std::atomic<uint64_t> s_all_bytes = 0, s_picture_bytes = 0;
 std::atomic<uint32_t> s_renderers = 0, s_alive = 0;
 
-// MPI counts bytes as int. It keeps messages of one tag in order, so that pieces need no number.
+// Cuts a message into pieces, because MPI counts bytes as int. Pieces need no number: MPI keeps messages of one tag in
+// order.
 template <typename Each>
 void forEachPiece(size_t bytes, const Each& each)
 {
@@ -47,8 +48,8 @@ void receivePiece(void* data, int bytes, int rank, int tag)
     }
 }
 
-// Hash of the file as this rank opened it first. A renderer that is made anew must not take another file that has since
-// been put in its place: the other workers go on with the first one.
+// Checksum of the file when this process opened it first. A renderer that is made again later must refuse a file that
+// has replaced it: the other workers still draw the first one.
 uint64_t openedFile(const std::string& path)
 {
     static std::mutex s_mutex;
@@ -58,8 +59,9 @@ uint64_t openedFile(const std::string& path)
     return known != s_files.end() ? known->second : s_files.emplace(path, fileHash(path)).first->second;
 }
 
-// A rank whose file is missing, damaged or another will not find the right one by trying again, as Io and InvalidFile
-// let the service do. With Usage the service ends, and does not leave a machine of the job idle without a word.
+// Turns an opening error of another rank into Usage if its file is missing, damaged or a different one. After Io and
+// InvalidFile the service would try again, in vain; Usage ends it with a message, so that no machine of the job idles
+// unnoticed.
 ErrorCode codeOfOpening(ErrorCode code)
 {
     return code == ErrorCode::Io || code == ErrorCode::InvalidFile ? ErrorCode::Usage : code;
@@ -82,11 +84,11 @@ public:
 
     [[nodiscard]] DeviceId id() const override { return {"rank", m_rank}; }
     [[nodiscard]] DeviceFacts device() const override { return m_facts; }
-    [[nodiscard]] bool onHost() const override { return true; } // where its pictures come
+    [[nodiscard]] bool onHost() const override { return true; } // pictures come in memory of this process
     [[nodiscard]] Tier tierOf(Tier asked) const override { return asked == Tier::Exact ? m_tiers[0] : m_tiers[1]; }
 
     using Renderer::load;
-    void load(const ModelView&) override // the other rank opens the file itself
+    void load(const ModelView&) override // the view is ignored: the other rank opens the file itself
     {
         close();
         WireOpen open;
@@ -99,7 +101,8 @@ public:
         m_backend.copy(open.backend, sizeof(open.backend) - 1);
         m_model.file.copy(open.path, sizeof(open.path) - 1);
         send(WireCommand::Open);
-        wireSend(&open, sizeof(open), m_rank, replyTag(m_number)); // no other message comes between
+        // no other thread sends this renderer a message in between
+        wireSend(&open, sizeof(open), m_rank, replyTag(m_number));
         m_open = true;
         const WireReply reply = receiveReply(codeOfOpening);
         m_facts.name = reply.device;
@@ -141,7 +144,7 @@ public:
         if (found == m_flying.end())
             throwNotInFlight(ticket);
         const auto until = std::chrono::steady_clock::now();
-        while (!found->done) { // replies come in order
+        while (!found->done) { // replies come in the order of the requests
             if (most < std::chrono::hours(1) && !replyIsHere()) {
                 if (std::chrono::steady_clock::now() - until >= most)
                     return FrameState::Pending;
@@ -184,7 +187,7 @@ private:
         return here != 0;
     }
 
-    // Throws the other rank's Error, with the code that `code_of` makes of its own.
+    // Receives a reply. Throws the other rank's Error, with its code changed by `code_of`.
     WireReply receiveReply(ErrorCode (*code_of)(ErrorCode) = [](ErrorCode code) { return code; }) const
     {
         WireReply reply;
@@ -222,7 +225,8 @@ private:
         }
     }
 
-    // Rows without a gap come where they are wanted; others by way of memory of their own. Null: they are not wanted.
+    // Receives the pixels or depths of a part into `to`, whose rows are `pitch` bytes apart: directly if the rows lie
+    // without gaps, else through a buffer. `to` is null if they are not wanted.
     void receivePart(void* to, const WirePart& part, size_t pitch)
     {
         s_all_bytes += part.bytes();
@@ -236,7 +240,8 @@ private:
             std::memcpy(first + y * pitch, m_rows.data() + y * part.row, part.row);
     }
 
-    // The other rank can send nothing that is not received.
+    // Receives and drops the replies that are still to come, so that the other rank can finish sending; then closes
+    // its renderer.
     void close()
     {
         for (Flying& flying : m_flying)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rank that draws for rank 0: one thread, any number of renderers, two frames in flight in each.
+// A rank that draws for rank 0: one thread and any number of renderers, each with up to two frames in flight.
 #include <gsc/error.h>
 #include "player/mpi/mpi_renderer.h"
 #include "player/mpi/wire.h"
@@ -17,7 +17,7 @@ namespace gsc {
 
 namespace {
 
-// A frame between its request and its reply.
+// A frame that was requested and not yet replied to.
 struct RankFrame {
     WireRequest request;
     std::shared_ptr<std::byte> memory;
@@ -33,7 +33,7 @@ struct RankRenderer {
     std::deque<RankFrame> frames;
 };
 
-// Ordinal of this rank's GPU: ranks of a machine take its GPUs in turn, without those that cannot be used.
+// Number of the GPU that this rank uses: the ranks of a machine take its usable GPUs in turn.
 int deviceOf(const std::string& backend, int on_machine)
 {
     std::vector<int> usable;
@@ -48,10 +48,10 @@ class RankServer {
 public:
     explicit RankServer(int on_machine) : m_on_machine(on_machine) {}
 
-    // Serves one request; returns false after the last.
+    // Serves one request, or ends one frame if no request is waiting. Returns false after the request to quit.
     bool serve()
     {
-        if (!requestIsHere()) { // no new request: end a frame in flight
+        if (!requestIsHere()) { // while no request is waiting, end a frame in flight
             for (auto& [number, own] : m_renderers)
                 if (!own.frames.empty()) {
                     endFrame(number, own);
@@ -146,7 +146,7 @@ private:
         }
     }
 
-    // Errors are dropped: a broken renderer fails at the next frame too, whose reply can say so.
+    // Ignores errors: a broken renderer fails at the next frame, too, and that frame's reply reports it.
     void dropCaches(uint32_t number)
     {
         const auto found = m_renderers.find(number);
@@ -169,7 +169,7 @@ private:
             for (uint32_t e = 0; e < request.eye_count; ++e)
                 bytes += size_t(request.eyes[e].width) * request.eyes[e].height *
                              (pixelBytes(request.format) + sizeof(float)) +
-                         16; // planes begin at multiples of 8
+                         16; // 16 bytes of padding for two planes, each of which begins at a multiple of 8 bytes
             frame.memory = own.pictures->take(bytes);
             std::byte* at = frame.memory.get();
             for (uint32_t e = 0; e < request.eye_count; ++e) {
@@ -189,7 +189,7 @@ private:
             const std::exception_ptr error = std::current_exception();
             if (!own.frames.empty() && own.frames.back().request.ticket == request.ticket)
                 own.frames.pop_back();
-            while (!own.frames.empty()) // replies come in order
+            while (!own.frames.empty()) // replies are sent in the order of the requests
                 endFrame(request.renderer, own);
             sendError(request.renderer, error, request.ticket);
         }

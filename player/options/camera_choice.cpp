@@ -7,7 +7,7 @@ namespace gsc {
 
 namespace {
 
-// A decimal number and nothing else; false otherwise.
+// Parses a decimal number; returns false if the text holds anything else.
 bool parseIndex(const std::string& text, uint64_t& value)
 {
     const char* const end = text.data() + text.size();

@@ -12,16 +12,17 @@
 namespace gsc {
 
 struct CameraChoice {
-    std::string file = "stored";    // a camera file or a folder of cameras, or "stored": those in the .gsc
-    bool ignore_distortion = false; // draw cameras as if they had no lens distortion; else such a file is refused
+    std::string file = "stored"; // a camera file or a folder of cameras, or "stored": those in the .gsc
+    // draw cameras as if they had no lens distortion; false: files with distortion are refused
+    bool ignore_distortion = false;
     CamerasTransform transform = CamerasTransform::Told;
-    int appearance = -1; // the trainer's embedding row, -1 = the camera's
+    int appearance = -1; // row of the trainer's appearance embedding; -1 = the camera's own
     uint64_t first = 0, end = std::numeric_limits<uint64_t>::max();
-    std::string range;          // as typed with its option, "--frames 0:100"
-    bool may_end_sooner = true; // `end` is at most that
+    std::string range;          // option and value as typed, "--frames 0:100", for messages
+    bool may_end_sooner = true; // false: a range of frames that ends behind the last camera is an error
 
     [[nodiscard]] bool isFile() const { return file != "stored"; }
-    [[nodiscard]] CameraChoice of(const std::string& other) const // the choice for another file
+    [[nodiscard]] CameraChoice of(const std::string& other) const // returns this choice with another camera file
     {
         CameraChoice choice = *this;
         choice.file = other;
@@ -30,13 +31,14 @@ struct CameraChoice {
 };
 
 struct ViewChoice {
-    uint32_t width = 0, height = 0; // pixels, 0 = the camera's
-    double fov_x = 0;               // radians, 0 = the camera's
+    uint32_t width = 0, height = 0; // size of a picture in pixels, 0 = the camera's
+    double fov_x = 0;               // horizontal angle of view in radians, 0 = the camera's
     int eyes = 1;
-    Length ipd; // distance between two eyes
+    Length ipd; // distance between two eyes; unset = as the camera file or the model's metre gives
 };
 
-// "2:5" is frames 2, 3 and 4; either end may be left out. False for anything else, and where A is not below B.
+// Parses a range of frames: "2:5" is frames 2, 3 and 4; either end may be left out. Returns false for anything else,
+// and if the first number is not below the second.
 bool parseFrameRange(const std::string& text, uint64_t& first, uint64_t& end);
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a frame is drawn.
+// Settings of how a frame is drawn.
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -10,22 +10,24 @@
 
 namespace gsc {
 
-// Direction of an eye's gaze, around which everything is drawn.
+// Where the foveation's sharp centre lies: nowhere (no foveation), in the middle of the picture, or where the eye
+// looks.
 enum class FoveationMode { None, Fixed, Gaze };
 
 struct FrameChoice : TierChoice {
-    double lod_bias = 0;                     // levels added
-    double lod_fade = 0, lod_hysteresis = 0; // levels, as FrameOptions has them
+    double lod_bias = 0;                     // levels added to the level that the model's rule selects
+    double lod_fade = 0, lod_hysteresis = 0; // values for FrameOptions::lod_fade and lod_hysteresis, in levels
     FoveationMode foveation = FoveationMode::None;
-    double fovea_pixels = 2; // Foveation::smallest, pixels
+    double fovea_pixels = 2; // Foveation::smallest, size in pixels
     StereoMode stereo = StereoMode::Exact;
-    ReuseOptions reuse;                           // how decoded Gaussians are kept between frames
-    std::optional<std::vector<float>> background; // 3 values; none = the model's
-    double near_z = 0;                            // world units, 0 = the model's
-    double target_ms = 0;                         // longest time of a frame, which a FrameGuard holds; 0 = none
-    bool on_path = true; // frames follow each other; others have none before them whose coarse copies they may draw
+    ReuseOptions reuse;                           // policy and limits of keeping decoded Gaussians between frames
+    std::optional<std::vector<float>> background; // red, green and blue, 0 to 1; none = the model's background
+    double near_z = 0;                            // distance of the near plane in world units, 0 = the model's
+    double target_ms = 0; // longest time of a frame in milliseconds, kept by a FrameGuard; 0 = none
+    bool on_path = true;  // false: the frames are single views, so no coarse copies of a frame before can be used
 
-    // A window switches to exact and back, and exact draws everything.
+    // Detail to draw with, in pixels; 0 = none. Tier exact draws without; a window switches to exact and back, so
+    // `detail` stays set.
     [[nodiscard]] double detailPixels() const { return tier == Tier::Exact || !on_path ? 0 : detail; }
     [[nodiscard]] double foveaPixels() const { return foveation == FoveationMode::None ? 0 : fovea_pixels; }
 };

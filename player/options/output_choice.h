@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Outputs of a run: pictures and numbers.
+// Output files of a run: pictures and measured numbers.
 #pragma once
 
 #include "player/output/picture_stream.h"
@@ -9,12 +9,12 @@
 namespace gsc {
 
 struct OutputChoice {
-    std::string out; // pattern, empty = write nothing, "-" = a stream on standard output
+    std::string out; // pattern of the pictures' paths; empty = write none; "-" = a stream on standard output
     PixelDepth depth = PixelDepth::Eight;
-    StreamFormat stream = StreamFormat::Y4m; // format of --out -
-    std::string video;                       // file, empty = none
+    StreamFormat stream = StreamFormat::Y4m; // format of the stream that --out - writes
+    std::string video;                       // path of a video; empty = none
     double fps = 30;                         // frames per second of a Y4M stream and of a video
-    std::string stats;                       // file, empty = none
+    std::string stats;                       // path of the file of numbers, a line for each frame; empty = none
     bool overwrite = false;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All that a command line says of a run, by who needs it: pass on a part, not the whole.
+// All options of the command line for a run, grouped by the code that needs them. Pass on a group, not the whole.
 #pragma once
 
 #include "player/options/camera_choice.h"
@@ -17,7 +17,7 @@ struct PlayOptions {
     FrameChoice frame;
     DeviceChoice devices;
     OutputChoice output;
-    Shard shard; // tasks that this process does: frames, rows of a sweep or trajectories
+    Shard shard; // part of the tasks that this process does; tasks are frames, runs of a sweep or trajectories
 };
 
 } // namespace gsc

@@ -33,7 +33,8 @@ std::optional<uint64_t> wholeOf(std::string_view text)
                 "correct it or leave " + option + " out");
 }
 
-// Number that a variable holds; none if it is not set or empty. Throws Error(Usage) for anything but a whole number.
+// Reads a whole number from an environment variable; none if it is not set or empty. Throws Error(Usage) for any other
+// text.
 std::optional<uint64_t> variable(const Environment& environment, const char* name)
 {
     const char* const text = environment(name);
@@ -46,14 +47,15 @@ std::optional<uint64_t> variable(const Environment& environment, const char* nam
     return value;
 }
 
-// A program that starts many processes: the variables in which it tells a process its number.
+// A program that starts many processes, and the environment variables in which it tells each its number.
 struct Starter {
     const char* index;
-    uint64_t place; // number of the process, from 0
+    uint64_t place; // number of this process, from 0
     std::optional<uint64_t> count;
 };
 
-// An array's numbers may start anywhere and have a step, but each must be the place of a task.
+// Reads the variables of a Slurm job array. An array's numbers may start anywhere and have a step, but each must be
+// the number of one part.
 std::optional<Starter> slurm(const Environment& environment)
 {
     const std::optional<uint64_t> id = variable(environment, "SLURM_ARRAY_TASK_ID");
@@ -91,7 +93,7 @@ std::vector<Starter> startersOf(const Environment& environment, bool ranks_are_d
     return found;
 }
 
-// `stated`: the N of auto/N.
+// Finds the shard from the environment. `stated` is the N of auto/N.
 Shard automaticShard(const std::string& text, std::optional<uint64_t> stated, const Environment& environment,
                      bool ranks_are_devices)
 {
@@ -119,7 +121,7 @@ Shard automaticShard(const std::string& text, std::optional<uint64_t> stated, co
                                  static_cast<unsigned long long>(starter.place)),
                     "their number", "pass --shard auto/N with the completions of the job");
     const uint64_t count = starter.count.value_or(stated.value_or(0));
-    if (stated && count != *stated) // such as where one task of an array is submitted again by itself
+    if (stated && count != *stated) // for instance if one task of a job array was submitted again by itself
         throw Error(ErrorCode::Usage, "--shard " + text,
                     formatString("%s is one of %llu", starter.index, static_cast<unsigned long long>(count)),
                     formatString("one of %llu", static_cast<unsigned long long>(*stated)),
@@ -172,7 +174,8 @@ bool takesTask(const Shard& shard, uint64_t task)
 
 std::vector<uint64_t> blockShards(const std::vector<uint64_t>& weights, uint64_t count)
 {
-    // a task belongs where its middle lies
+    // each shard has an equal share of the total weight; a task belongs to the shard in whose share the task's middle
+    // lies
     const double all = std::max(1.0, double(std::accumulate(weights.begin(), weights.end(), uint64_t(0))));
     std::vector<uint64_t> shards;
     uint64_t before = 0;

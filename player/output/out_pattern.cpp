@@ -10,7 +10,7 @@ namespace gsc {
 
 namespace {
 
-// The N of {frame:0N} or {frame:N}, -1 if it is none.
+// Returns the N of {frame:0N} or {frame:N}; -1 if the format is neither.
 int digitsOf(std::string_view format)
 {
     if (format.empty() || format.size() > 2 ||
@@ -70,7 +70,7 @@ std::string safeFileName(std::string_view name)
             c = '_';
     if (safe.empty())
         return "_";
-    if (safe[0] == '.') // neither hidden nor the folder above
+    if (safe[0] == '.') // no leading dot: the name must be neither hidden nor ".."
         safe[0] = '_';
     return safe;
 }

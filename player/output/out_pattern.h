@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// File names of rendered images from a pattern: {name}, {frame}, {frame:04}, {eye}; {{ and }} are literal braces.
+// Makes file names of rendered images from a pattern with {name}, {frame}, {frame:04} and {eye}; {{ and }} are literal
+// braces.
 #pragma once
 
 #include <cstdint>
@@ -9,22 +10,22 @@
 
 namespace gsc {
 
-enum class Eye { Mono, Left, Right }; // {eye} becomes "mono", "left" or "right"
+enum class Eye { Mono, Left, Right }; // written as "mono", "left" or "right" for {eye}
 
-// Throws Error(Usage) for an unknown placeholder or an unpaired brace.
+// Replaces the placeholders of a pattern. Throws Error(Usage) for an unknown placeholder or an unpaired brace.
 std::string expandPattern(const std::string& pattern, std::string_view name, uint64_t frame, Eye eye);
 
-// A camera's name as part of a file name: separators and control characters become _, so does a leading dot; an
-// empty name becomes _.
+// Makes a camera's name fit for a file name: separators, control characters and a leading dot become _, and so does an
+// empty name.
 std::string safeFileName(std::string_view name);
 
 struct OutputFrame {
     std::string name;
-    uint64_t frame = 0; // index in the camera file
+    uint64_t frame = 0; // index of the camera in the camera file
 };
 
-// One path per frame and eye, frame-major, left eye first. Throws Error(Usage) as expandPattern(), and if two of them are
-// the same file, naming the placeholder that is missing.
+// Returns one path for each frame and eye: frame by frame, left eye first. Throws Error(Usage) as expandPattern()
+// does, and if two paths are equal, naming the placeholder that the pattern lacks.
 std::vector<std::string> outputPaths(const std::string& pattern, const std::vector<OutputFrame>& frames, int eyes);
 
 } // namespace gsc

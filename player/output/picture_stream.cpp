@@ -23,8 +23,8 @@ void put16(std::byte* to, uint16_t value)
     to[1] = std::byte(value >> 8);
 }
 
-// ITU-R BT.601's matrix at full range, of 8-bit values to 16-bit planes: each value is 257 times its 8-bit one, so that
-// rounding the way back never ends at another.
+// Converts one pixel from 8-bit RGB to 16-bit YUV by ITU-R BT.601's matrix at full range. An 8-bit value v becomes 257
+// * v in 16 bits, so that converting back and rounding gives v again.
 void putYuv(std::byte* y, std::byte* u, std::byte* v, const uint8_t* rgb)
 {
     const double r = rgb[0], g = rgb[1], b = rgb[2], luma = 0.299 * r + 0.587 * g + 0.114 * b;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures one behind the other, for another program to read.
+// Writes pictures one behind the other as a stream of bytes for another program.
 #pragma once
 
 #include "runtime/image/image_io.h"
@@ -13,24 +13,26 @@
 namespace gsc {
 
 enum class StreamFormat {
-    Y4m,   // YUV4MPEG2, C444p16 at full range with BT.601's matrix: the bytes of Rgb24 can be had back from it exactly
-    Rgb24, // 8 bits per channel, nothing else
-    Rgb48, // 16 bits per channel, little end first
+    Y4m,   // YUV4MPEG2, C444p16 at full range with BT.601's matrix: converting it back gives exactly the bytes of Rgb24
+    Rgb24, // 8 bits per channel: red, green, blue; no header
+    Rgb48, // 16 bits per channel: red, green, blue; low byte first; no header
 };
 
-// Function that takes the stream's bytes. Throws Error(Io), also if the reader has gone.
+// Function that writes the stream's bytes. Throws Error(Io), also if the reading program has ended.
 using ByteSink = std::function<void(std::span<const std::byte>)>;
 
-// Throws Error(Usage) where standard output is a terminal.
+// Returns a sink that writes to standard output. Throws Error(Usage) if that is a terminal.
 ByteSink standardOutputSink();
 
-// Pictures of a second as a fraction, "30000:1001"; rates of television exactly.
+// Writes a frame rate as a fraction with `between` in the middle, "30000:1001". Television rates such as 29.97 become
+// their exact fractions.
 std::string rateText(double fps, char between);
 
-// Values round as those of image files do (writeImage()).
+// Writes pictures to a sink. Values are rounded as in image files (writeImage()).
 class PictureStream {
 public:
-    // width, height: of one eye; eyes lie side by side, the left one first. fps: stated in a Y4m.
+    // `width`, `height`: size of one eye's picture in pixels; two eyes lie side by side, the left one first. `fps` is
+    // stated in a Y4M header.
     PictureStream(StreamFormat format, uint32_t width, uint32_t height, uint32_t eye_count, double fps, ByteSink sink);
 
     void add(std::span<const Image> eyes);

@@ -25,9 +25,9 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kVideoThreads = 32; // most threads of ffmpeg
+constexpr size_t kVideoThreads = 32; // most threads that ffmpeg may use
 
-// Path of ffmpeg; empty: it is not in PATH.
+// Returns the path of ffmpeg, empty if it is not in PATH.
 std::string videoProgram()
 {
     const char* const path = std::getenv("PATH");
@@ -42,7 +42,7 @@ std::string videoProgram()
     return {};
 }
 
-// One row or column more where the sides of the video would be odd, each a copy of the last.
+// Repeats the last row or column if the height or width of the video would be odd.
 Image evened(const Image& image, uint32_t width, uint32_t height)
 {
     Image even{width, height, std::vector<float>(size_t(width) * height * 3)};
@@ -98,7 +98,7 @@ std::vector<std::string> videoArguments(uint32_t width, uint32_t height, double 
 
 struct VideoFile::Encoder {
     OutputFile file;
-    std::FILE* said; // ffmpeg's standard error
+    std::FILE* said; // text that ffmpeg writes to standard error
     pid_t process = 0;
     int pipe = -1;
     std::unique_ptr<PictureStream> stream;
@@ -128,7 +128,7 @@ struct VideoFile::Encoder {
         pipe = -1;
     }
 
-    // Exit code, or 128 and the signal's number.
+    // Waits until ffmpeg ends. Returns its exit code, or 128 plus the number of the signal that ended it.
     int wait()
     {
         int status = 0;
@@ -155,10 +155,11 @@ struct VideoFile::Encoder {
         ::posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
         ::posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
         ::posix_spawn_file_actions_adddup2(&actions, ::fileno(said), STDERR_FILENO);
-        posix_spawnattr_t attributes; // a group of its own, so that Ctrl-C reaches it by way of this program alone
+        // a process group of its own: Ctrl-C must reach this program alone, which then ends ffmpeg
+        posix_spawnattr_t attributes;
         ::posix_spawnattr_init(&attributes);
         ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
-        sigset_t ours; // signals that this program ignores
+        sigset_t ours; // signals that this program ignores and that shall have their default effect on ffmpeg
         sigemptyset(&ours);
         sigaddset(&ours, SIGPIPE);
         sigaddset(&ours, SIGXFSZ);
@@ -191,7 +192,8 @@ struct VideoFile::Encoder {
         }
     }
 
-    // Throws Error(Io) where ffmpeg fails, or `early`: it has stopped reading.
+    // Waits for ffmpeg; throws Error(Io) if it failed. `early`: it stopped reading before the last picture, which is a
+    // failure too.
     void finish(bool early)
     {
         closePipe();
@@ -203,7 +205,7 @@ struct VideoFile::Encoder {
         const size_t length = std::fread(line, 1, sizeof(line) - 1, said);
         std::string text(line, length);
         text = text.substr(0, text.find('\n'));
-        // ffmpeg reports only some of the threads that it could not start
+        // thread limit too low: ffmpeg does not report every thread that it could not start
         if (threadsAreShort(0) && text.find("No space left") == std::string::npos)
             throw tooFewThreads("ffmpeg, which writes the video" + (text.empty() ? "" : " and says \"" + text + "\""),
                                 kVideoThreads);
@@ -218,7 +220,7 @@ VideoFile::VideoFile(const std::string& path, uint32_t width, uint32_t height, u
                      bool overwrite)
 {
     checkVideoProgram();
-    // the width of two eyes side by side is even already
+    // the width of two eyes side by side is always even
     m_width = width + (width * eye_count) % 2;
     m_height = height + height % 2;
     m_padded = m_width != width || m_height != height;

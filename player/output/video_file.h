@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A video through the program ffmpeg, which is asked for only when one is wanted.
+// Writes a video through the program ffmpeg, which is looked for only if a video is wanted.
 #pragma once
 
 #include "player/output/picture_stream.h"
@@ -10,28 +10,29 @@
 
 namespace gsc {
 
-// H.264 in an MP4 as browsers play it: nearly lossless (CRF 10), BT.709, 4:2:0. That needs even sides: an odd one gets one
-// more row or column, which repeats the last.
+// A video that browsers play: H.264 in an MP4, nearly lossless (CRF 10), BT.709, 4:2:0. Its width and height must be
+// even: the last row or column is repeated where they are odd.
 class VideoFile {
 public:
-    // width, height: of one eye; eyes lie side by side. Throws Error: Unsupported (there is no ffmpeg), Io.
+    // `width`, `height`: size of one eye's picture in pixels; two eyes lie side by side. Throws Error: Unsupported if
+    // there is no ffmpeg; Io.
     VideoFile(const std::string& path, uint32_t width, uint32_t height, uint32_t eye_count, double fps, bool overwrite);
-    ~VideoFile(); // without commit() nothing is left
+    ~VideoFile(); // deletes the unfinished file if commit() was not called
     VideoFile(const VideoFile&) = delete;
     VideoFile& operator=(const VideoFile&) = delete;
 
-    // Both throw Error(Io) with ffmpeg's message.
+    // add() and commit() throw Error(Io) with ffmpeg's message.
     void add(std::span<const Image> eyes);
-    void commit(); // waits for ffmpeg, then the file appears
+    void commit(); // waits for ffmpeg; the file appears under its name only then
 
 private:
     struct Encoder;
     std::unique_ptr<Encoder> m_encoder;
-    uint32_t m_width = 0, m_height = 0; // size of one eye, as written
+    uint32_t m_width = 0, m_height = 0; // size of one eye's picture in the video, pixels
     bool m_padded = false;
 };
 
-// Throws Error(Unsupported) if there is no ffmpeg to run.
+// Throws Error(Unsupported) if ffmpeg is not in PATH.
 void checkVideoProgram();
 
 } // namespace gsc

@@ -19,7 +19,7 @@ namespace gsc {
 
 namespace {
 
-// Images are kept, each is whole.
+// Throws if the user interrupted the run. Images that were written so far are kept and complete.
 void stopIfInterrupted(size_t frames, const PlaySummary& summary, const PlayOptions& options)
 {
     if (!interrupted())
@@ -59,7 +59,8 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
     checkLevelOptions(*scene, options.model.file, options.frame);
     ShotFacts facts;
     const std::vector<Shot> shots = chooseShots(*scene, options.model.file, options.cameras, options.view, log, &facts);
-    if (shots.size() == 1 && facts.no_path.empty()) // drawn once: measurements look at it again and again
+    // a single shot is drawn once here, so it is no path; measurements draw it many times
+    if (shots.size() == 1 && facts.no_path.empty())
         facts.no_path = "one camera of " + options.cameras.file + " is played";
     summary.frame = choiceOn(facts.no_path, options.frame, log);
     const FrameOptions drawn_with = frameOptions(*scene, summary.frame);
@@ -73,7 +74,8 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
                                                    {drawsDetail(summary.frame, renderer->id().backend, summary.tier)});
 
     if (options.shard.isGiven())
-        summary.backend = renderer->id().backend; // shards of one machine have a device each
+        // without the device's number, because shards on one machine use a device each
+        summary.backend = renderer->id().backend;
     shard.check(shots, summary.backend, summary.tier);
     outputs.open(log);
     summary.set_frames = shots.size();
@@ -99,7 +101,7 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
         summary.frames.push_back(frame);
         log.progress("render", summary.frames.size(), frames.size());
     };
-    // a frame target is controlled by the time of the frame before
+    // with a time target, the time of a frame decides the settings of the next, so none is drawn ahead
     const size_t ahead = guard ? 1 : renderer->framesInFlight();
     loop.run(
         frames.size(), ahead, [&](size_t n) { return frames[n]; }, prepare, done);

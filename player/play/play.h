@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Headless playing: cameras in, images and numbers out.
+// Playing without a window: draws a list of cameras and writes images and numbers.
 #pragma once
 
 #include "player/options/play_options.h"
@@ -16,20 +16,21 @@ namespace gsc {
 
 struct PlaySummary {
     std::string backend;
-    Tier tier = Tier::Exact; // tier that ran; may differ from the tier asked for
-    FrameChoice frame;       // settings that it was drawn with: choiceOn()
+    Tier tier = Tier::Exact; // tier that was drawn, which may differ from the tier asked for
+    FrameChoice frame;       // settings that the frames were drawn with, by choiceOn()
     FileFacts file;
-    double open_ms = 0, load_ms = 0;     // mapping and checking the file, preparing the backend
-    std::optional<ServiceStats> service; // numbers of the service, if several devices drew
-    std::vector<TimedFrame> frames;      // in the order played
-    std::vector<std::string> images;     // written files, frame-major, left eye first
+    double open_ms = 0, load_ms = 0;     // time to map and check the file; time to prepare the backend
+    std::optional<ServiceStats> service; // numbers of the renderer service, if several devices drew
+    std::vector<TimedFrame> frames;      // frames in the order played
+    std::vector<std::string> images;     // paths of the written images: frame by frame, left eye first
 
-    // for a shard: all frames of the set, its own, and those that it had done before
+    // for a shard: number of frames of the whole run, of the shard, and of those done before this start
     uint64_t set_frames = 0, shard_frames = 0, frames_before = 0;
 };
 
-// Throws Error; every image that exists then is complete, and the stats file is there only if play() returned. A shard's
-// gets its line as soon as a frame's images are there, and frames that have both are not drawn again.
+// Plays the cameras of `options`. Throws Error; then every image that exists is complete, and there is no stats file.
+// A shard instead adds a line to its stats file as soon as a frame's images are written; frames that have both are not
+// drawn again.
 PlaySummary play(const PlayOptions& options, Reporter& log);
 
 } // namespace gsc

@@ -133,7 +133,8 @@ std::vector<std::string> PlayOutputs::add(size_t shot, LoopFrame& drawn, const s
     if (m_video)
         m_video->add(eyes);
     for (size_t eye = 0; eye < m_eyes; ++eye)
-        drawn.images[eye] = std::move(images[eye].pixels); // every frame uses this memory again
+        // returns the pixels' memory, so that the next frame is drawn into it
+        drawn.images[eye] = std::move(images[eye].pixels);
     if (m_stats)
         m_stats->write(stats + "\n");
     if (m_options.shard.isGiven())

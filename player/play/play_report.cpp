@@ -20,7 +20,7 @@ double meanCount(const PlayOptions& options, const PlaySummary& summary, uint64_
     return countPerEye(summary.frames, options.view.eyes, field).mean;
 }
 
-// One line; empty without reuse.
+// Describes in one line how reuse did; empty without reuse.
 std::string reuseText(const PlayOptions& options, const PlaySummary& summary)
 {
     if (options.frame.reuse.policy == ReusePolicy::None)
@@ -38,7 +38,7 @@ std::string reuseText(const PlayOptions& options, const PlaySummary& summary)
     return text + "\n";
 }
 
-// One line; empty for a run that is not split.
+// Describes in one line the shard and how much of the run it did; empty if the run is not split.
 std::string shardText(const PlayOptions& options, const PlaySummary& summary)
 {
     if (!options.shard.isGiven())
@@ -52,7 +52,7 @@ std::string shardText(const PlayOptions& options, const PlaySummary& summary)
 
 std::string playReportText(const PlayOptions& options, const PlaySummary& summary)
 {
-    if (summary.frames.empty()) // a shard that had nothing left to do
+    if (summary.frames.empty()) // a shard may have had nothing left to do
         return shardText(options, summary);
     const FrameTimes times = timesOf(summary.frames);
     const double median = times.device.median;

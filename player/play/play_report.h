@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Report that gsc-play prints on standard output when it is done.
+// The report that gsc-play prints on standard output at the end of a run.
 #pragma once
 
 #include "player/play/play.h"
@@ -9,9 +9,9 @@
 
 namespace gsc {
 
-// A few lines for a person.
+// Returns the report as a few lines of text.
 std::string playReportText(const PlayOptions& options, const PlaySummary& summary);
-// One object, schemas/play-report.schema.json.
+// Returns the report as one JSON object; schemas/play-report.schema.json describes it.
 std::string playReportJson(const PlayOptions& options, const PlaySummary& summary,
                            const std::vector<std::string>& warnings);
 

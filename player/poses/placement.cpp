@@ -11,14 +11,15 @@ namespace gsc {
 
 namespace {
 
-constexpr double kMostScale = 1000; // times the first
+constexpr double kMostScale = 1000; // most that hands can enlarge or shrink the first scale, as a factor
 
 bool isFinite(const glm::dvec3& v)
 {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-// From the camera's axes (right, down, forward) to OpenXR's, and back: y and z change their sign.
+// Converts between the camera's axes (right, down, forward) and OpenXR's (right, up, backward): y and z change their
+// sign.
 constexpr double kFlip[3] = {1, -1, -1};
 
 glm::dmat3 flipped(const glm::dmat3& axes)
@@ -44,7 +45,8 @@ Placement::Placement(const Camera& camera, const std::array<double, 3>& up, doub
         world_up = {0, -1, 0};
     world_up = glm::normalize(world_up);
     m_scale = m_first_scale = std::isfinite(metre) && metre > 0 ? metre : 1;
-    const glm::dmat3 rows = glm::make_mat3(camera.rotation); // rows read as columns
+    // make_mat3() reads the row-major matrix column by column, so its columns are right, down and forward
+    const glm::dmat3 rows = glm::make_mat3(camera.rotation);
     const glm::dvec3 right(rows[0][0], rows[1][0], rows[2][0]), down(rows[0][1], rows[1][1], rows[2][1]),
         forward(rows[0][2], rows[1][2], rows[2][2]);
     const auto level = [&](const glm::dvec3& v) { return v - world_up * glm::dot(v, world_up); };
@@ -78,7 +80,7 @@ bool Placement::isPlace(const glm::dvec3& origin, const glm::dmat3& axes)
 
 Camera Placement::eye(const SpaceEye& eye, const Camera& lens) const
 {
-    // the space as a head, in the camera's axes; columns of m_axes are right, up, backward
+    // the space as a camera; the columns of m_axes are right, up and backward in the world
     Camera head = lens;
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 3; ++column)
@@ -90,8 +92,8 @@ Camera Placement::eye(const SpaceEye& eye, const Camera& lens) const
     view.right = eye.right;
     view.up = eye.up;
     view.down = eye.down;
-    const glm::dmat3 turned =
-        flipped(glm::mat3_cast(glm::normalize(eye.pose.rotation))); // a unit in single precision only
+    // normalised: a runtime's quaternion has length 1 in single precision only
+    const glm::dmat3 turned = flipped(glm::mat3_cast(glm::normalize(eye.pose.rotation)));
     for (int row = 0; row < 3; ++row) {
         view.position[row] = m_scale * eye.pose.position[row] * kFlip[row];
         for (int column = 0; column < 3; ++column)
@@ -122,10 +124,10 @@ void Placement::drag(const glm::dvec3 (&from)[2], const glm::dvec3 (&to)[2])
     if (!isFinite(before) || !isFinite(after) || length < 1e-3 || now < 1e-3)
         return;
     const glm::dvec3 held = toWorld((from[0] + from[1]) / 2.0);
-    // the held world turns with the hands, so the space turns the other way about it
+    // the world turns with the hands, so the space turns the other way about the middle of the hands
     const glm::dvec2 a(before.x, before.z), b(after.x, after.z);
     double angle = 0;
-    if (glm::length(a) > 0.01 && glm::length(b) > 0.01) // else one lies above the other and gives no direction
+    if (glm::length(a) > 0.01 && glm::length(b) > 0.01) // if one hand is right above the other, they give no direction
         angle = std::atan2(b.x * a.y - b.y * a.x, glm::dot(a, b));
     m_axes = m_axes * aboutVertical(-angle);
     m_scale = std::clamp(m_scale * length / now, m_first_scale / kMostScale, m_first_scale * kMostScale);

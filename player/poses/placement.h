@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Placement of a headset's space in the world of a model, and how hands move it. Knows no headset. A space has OpenXR's
-// axes (x right, y up, z backward) and metres; the world has the model's axes and units.
+// Places a headset's space in the world of a model, and moves it by the hands. A space has OpenXR's axes (x right, y
+// up, z backward) and metres; the world has the model's axes and units. This code needs no headset.
 #pragma once
 
 #include <gsc/camera.h>
@@ -14,36 +14,37 @@
 
 namespace gsc {
 
-// A pose in a space: of an eye, a head or a hand.
+// Pose of an eye, a head or a hand in a headset's space.
 struct SpacePose {
-    glm::dvec3 position{};                   // metres
-    glm::dquat rotation{1.0, 0.0, 0.0, 0.0}; // from the pose's axes to the space's, a unit quaternion
+    glm::dvec3 position{};                   // position in the headset's space, metres
+    glm::dquat rotation{1.0, 0.0, 0.0, 0.0}; // rotation from the pose's axes to the space's axes, a unit quaternion
 };
 
-// An eye as a headset tells it: XrView.
+// An eye as the headset's runtime states it (XrView).
 struct SpaceEye {
     SpacePose pose;
-    double left = 0, right = 0, up = 0, down = 0; // XrFovf: radians, left and down below zero for most lenses
+    // angles of view in radians (XrFovf); left and down are below zero for most lenses
+    double left = 0, right = 0, up = 0, down = 0;
 };
 
-// True if both eyes have the same angles of view. Poses are ignored.
+// Returns true if both eyes have the same angles of view. Their poses are ignored.
 inline bool sameLens(const SpaceEye& a, const SpaceEye& b)
 {
     return a.left == b.left && a.right == b.right && a.up == b.up && a.down == b.down;
 }
 
-// World = origin + scale * axes * space. The space's y is the world's up; hands turn it about that axis alone, so that the
-// horizon stays level.
+// Place of the space in the world: world = origin + scale * axes * space. The space's y axis is the world's up; hands
+// turn the space about that axis alone, so that the horizon stays level.
 class Placement {
 public:
-    // The space's origin, `eye_height` metres below `camera` along the world's up, looks where the camera does, level.
-    // `metre`: world units. Where the camera looks straight up or down, its own up counts as forward. Values that
-    // make no sense are mended: up becomes (0, -1, 0), the metre 1.
+    // Puts the space's origin `eye_height` metres below `camera` along the world's up. The space faces where the
+    // camera looks, made level; if the camera looks straight up or down, its own up counts as forward. `metre` is the
+    // number of world units in a metre. Values that make no sense are replaced: `up` by (0, -1, 0), `metre` by 1.
     Placement(const Camera& camera, const std::array<double, 3>& up, double metre, double eye_height);
-    // Placement from stored values: origin in the world, columns of axes and the scale. Precondition: isPlace(), scale
-    // > 0.
+    // Makes a placement from stored values: the space's origin in the world, the space's axes as columns, and the
+    // scale. Precondition: isPlace(), scale > 0.
     Placement(const glm::dvec3& origin, const glm::dmat3& axes, double scale);
-    // Finite, and a rotation to within 1e-3.
+    // Returns true if all numbers are finite and `axes` is a rotation to within 1e-3.
     static bool isPlace(const glm::dvec3& origin, const glm::dmat3& axes);
 
     [[nodiscard]] const glm::dvec3& origin() const { return m_origin; }
@@ -52,16 +53,18 @@ public:
 
     [[nodiscard]] glm::dvec3 toWorld(const glm::dvec3& point) const { return m_origin + m_scale * (m_axes * point); }
 
-    // `lens` as the eye sees it: its place and angles are the eye's; name, size and appearance the lens's.
+    // Camera of an eye: place and angles of view come from `eye`; name, size and appearance from `lens`.
     [[nodiscard]] Camera eye(const SpaceEye& eye, const Camera& lens) const;
 
-    // All lengths are metres of the space, angles radians; arguments that are not finite change nothing.
-    void move(const glm::dvec3& by);                  // the viewer goes there
-    void turn(double angle, const glm::dvec3& about); // the viewer turns to the left, about a vertical axis
-    // Moves by one hand that holds the world and went from `from` to `to`.
+    // Lengths in the functions below are metres of the space, angles are radians. Arguments that are not finite change
+    // nothing.
+    void move(const glm::dvec3& by); // moves the viewer by a vector in the space
+    // turns the viewer to the left, about a vertical axis through `about`
+    void turn(double angle, const glm::dvec3& about);
+    // Moves the world with one hand that holds it and went from `from` to `to`.
     void drag(const glm::dvec3& from, const glm::dvec3& to) { move(from - to); }
-    // Moves by two hands: the world follows their middle, their direction seen from above, and their distance. The
-    // scale stays between a thousandth and a thousand times the first one.
+    // Moves the world with two hands that hold it: it follows their middle, their direction as seen from above, and
+    // their distance. The scale stays between a thousandth and a thousand times the first one.
     void drag(const glm::dvec3 (&from)[2], const glm::dvec3 (&to)[2]);
 
 private:
@@ -70,12 +73,12 @@ private:
     double m_scale = 1, m_first_scale = 1;
 };
 
-// Direction of `gaze` in an eye's view, right and down at depth 1, for far points, at which all eyes look about the
-// same way. 0, 0 if it is more than 60 degrees off the axis.
+// Direction of `gaze` in an eye's view: right and down at depth 1. Exact for far points, since the eyes' distance is
+// ignored. Returns 0, 0 if the gaze is more than 60 degrees off the view's axis.
 std::array<float, 2> gazeOf(const SpaceEye& eye, const SpacePose& gaze);
 
-// Point where a ray from `hand` along its forward axis meets the plane at that height; at most `most` metres away from
-// the hand seen from above. None if it does not point down.
+// Point where the ray from `hand` along its forward axis meets the horizontal plane at `height`. Seen from above it is
+// at most `most` metres from the hand. None if the ray does not point down.
 std::optional<glm::dvec3> pointOnFloor(const SpacePose& hand, double height, double most);
 
 } // namespace gsc

@@ -15,7 +15,7 @@ namespace gsc {
 
 namespace {
 
-constexpr double kRoundedRotation = 1e-3; // tolerance of the reader of camera files
+constexpr double kRoundedRotation = 1e-3; // tolerance that the reader of camera files uses too
 
 bool isFiniteVector(const glm::dvec3& v)
 {
@@ -38,7 +38,8 @@ bool isFinite(const CameraPose& pose)
 
 bool hasRotation(const Camera& camera)
 {
-    const glm::dmat3 rows = glm::make_mat3(camera.rotation); // read as columns: the transpose
+    // make_mat3() reads the row-major matrix column by column, so its columns are right, down and forward
+    const glm::dmat3 rows = glm::make_mat3(camera.rotation);
     const glm::dmat3 off = rows * transpose(rows) - glm::dmat3(1.0);
     const double* const entries = glm::value_ptr(off);
     return determinant(rows) > 0 &&

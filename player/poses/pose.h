@@ -12,28 +12,29 @@
 namespace gsc {
 
 struct CameraPose {
-    glm::dvec3 position{}; // world units
-    glm::dmat3 axes{1.0};  // columns right, down, forward in the world: orthonormal, right-handed
+    glm::dvec3 position{}; // position in the world, world units
+    glm::dmat3 axes{1.0};  // columns are right, down and forward in the world: orthonormal, right-handed
 };
 
-// The matrix nearest at hand with such columns: forward keeps its direction, right stays in its plane with down. Not
-// finite where two columns are parallel.
+// Makes the columns orthonormal. Forward keeps its direction, and right stays in the plane of right and down. Not
+// finite if two columns are parallel.
 glm::dmat3 orthonormal(const glm::dmat3& axes);
 
 bool isFinite(const CameraPose& pose);
 
-// True if the rotation of `camera` is a rotation up to the rounding of a camera file, 1e-3.
+// Returns true if the rotation of `camera` is orthonormal to within 1e-3, the rounding of camera files.
 bool hasRotation(const Camera& camera);
 
-// None where a number is not finite or the axes span no volume. A scale, as a transforms file may have one, goes: the
-// picture stays the same but for the near plane.
+// Pose of a camera. None if a number is not finite or the axes span no volume. A scale in the axes, which a transforms
+// file may have, is removed: the picture stays the same but for the near plane.
 std::optional<CameraPose> poseOf(const Camera& camera);
 
-// By the rule of camera files, so that a file that states this position and rotation gives the same bits.
+// Sets the pose of `camera` as the reader of camera files does, so that a file with this position and rotation gives
+// the same bits.
 void setPose(const CameraPose& pose, Camera& camera);
 
-// Position on the straight line, axes at an even rate the shorter way round. `share` 0 gives `from`, 1 gives `to`, bit
-// for bit.
+// Pose between two poses: the position lies on the straight line, and the axes turn evenly, the shorter way round.
+// `share` 0 gives `from` and 1 gives `to`, bit for bit.
 CameraPose between(const CameraPose& from, const CameraPose& to, double share);
 
 } // namespace gsc

@@ -74,7 +74,8 @@ void Canvas::readBack(VkImage from, uint32_t width, uint32_t height)
 uint32_t fastestCopyFamily(VulkanDevice& device, VkFormat format)
 {
     constexpr uint32_t kWidth = 2048, kHeight = 1024;
-    constexpr int kTries = 3; // the first of a queue is slow
+    // number of copies that are timed for each queue, of which the best counts: the first one is slow
+    constexpr int kTries = 3;
     const VulkanBuffer from(device, size_t(kWidth) * kHeight * 4, VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
                             VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
     ShownPicture picture;

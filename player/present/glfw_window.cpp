@@ -38,9 +38,9 @@ static_assert(kAxisLeftX == GLFW_GAMEPAD_AXIS_LEFT_X && kAxisLeftY == GLFW_GAMEP
               kAxisLeftTrigger == GLFW_GAMEPAD_AXIS_LEFT_TRIGGER &&
               kAxisRightTrigger == GLFW_GAMEPAD_AXIS_RIGHT_TRIGGER);
 
-// Xlib ends the process when its server goes away or destroys a window that is still used. The handler of the first must not
-// return, and a connection that has gone crashes whoever uses it: so it throws, through GLFW, and nothing of the display is
-// used from then on.
+// True once the X server, or the window, has gone. Xlib ends the process if its server goes away, or if a window is
+// destroyed while in use. Its handler for a lost server must not return, and any later use of the connection crashes:
+// so the handler throws, through GLFW, and nothing of the display is used from then on.
 bool g_server_gone = false, g_window_gone = false;
 Window g_window = 0;
 
@@ -57,10 +57,10 @@ int requestFailed(Display*, XErrorEvent* event)
     return 0;
 }
 
-// note: Xlib is GLFW's to load; where it is not in the process, the window is no X window
+// note: Xlib is looked up, because GLFW loads it; if it is not in the process, the window is no X window
 void catchDisplayLoss(GLFWwindow* window)
 {
-    // the declaration of GLFW/glfw3native.h, which needs headers of extensions too
+    // declared as in GLFW/glfw3native.h, which would need headers of X extensions too
     const auto window_of = reinterpret_cast<Window (*)(GLFWwindow*)>(dlsym(RTLD_DEFAULT, "glfwGetX11Window"));
     void* const xlib = dlopen("libX11.so.6", RTLD_LAZY | RTLD_NOLOAD);
     if (xlib == nullptr || window_of == nullptr)
@@ -129,7 +129,8 @@ GlfwWindow::GlfwWindow(const std::string& title, uint32_t width, uint32_t height
         of(w).add(event);
     });
     glfwSetCursorPosCallback(m_window, [](GLFWwindow* w, double x, double y) {
-        int wide = 0, high = 0, pixels_wide = 0, pixels_high = 0; // the cursor comes in units of the screen
+        // GLFW states the cursor in units of the screen, not in pixels
+        int wide = 0, high = 0, pixels_wide = 0, pixels_high = 0;
         glfwGetWindowSize(w, &wide, &high);
         glfwGetFramebufferSize(w, &pixels_wide, &pixels_high);
         InputEvent event;
@@ -162,7 +163,7 @@ void GlfwWindow::unlessGone(const std::function<void()>& end)
     try {
         if (!g_server_gone)
             end();
-    } catch (const Error&) { // the display is going right now
+    } catch (const Error&) { // the display has just gone, which the next poll() reports
     }
 }
 

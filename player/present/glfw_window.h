@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A window of GLFW, and its input.
+// A window made with GLFW, and its input.
 #pragma once
 
 #include "player/present/presenter.h"
@@ -14,18 +14,19 @@ namespace gsc {
 
 class GlfwWindow {
 public:
-    // Throws Error(Unsupported) where there is no display.
+    // Opens a window of `width` x `height` pixels. Throws Error(Unsupported) if there is no display.
     GlfwWindow(const std::string& title, uint32_t width, uint32_t height);
     ~GlfwWindow();
     GlfwWindow(const GlfwWindow&) = delete;
     GlfwWindow& operator=(const GlfwWindow&) = delete;
 
-    // Throws Error(Device) where the display has gone.
+    // Returns the input since the last call; waits up to `seconds` for some. Throws Error(Device) if the display has
+    // gone.
     WindowInput poll(double seconds);
-    VkSurfaceKHR makeSurface(VkInstance instance); // throws Error(Device)
+    VkSurfaceKHR makeSurface(VkInstance instance); // makes a Vulkan surface of the window; throws Error(Device)
     [[nodiscard]] GLFWwindow* handle() const { return m_window; }
     [[nodiscard]] float scale() const;
-    // For destructors: calls a function that needs the display, unless the display has gone.
+    // For destructors: calls `end`, which needs the display, unless the display has gone.
     static void unlessGone(const std::function<void()>& end);
 
 private:
@@ -37,7 +38,7 @@ private:
     bool m_exposed = true;
 };
 
-// Instance extensions that surfaces need. Precondition: a GlfwWindow was made.
+// Returns the names of the Vulkan instance extensions that surfaces need. Precondition: a GlfwWindow was made.
 std::vector<const char*> surfaceExtensions();
 
 } // namespace gsc

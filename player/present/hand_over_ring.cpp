@@ -7,7 +7,7 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kAlign = 256; // alignment of a picture in its block: enough for copies to images
+constexpr size_t kAlign = 256; // alignment in bytes of a picture in its block, enough for copies to images
 
 size_t bytesOf(const ShownPicture& picture)
 {
@@ -23,13 +23,13 @@ HandOverRing::HandOverRing(SharedMemory& memory, const DeviceId& device)
 
 HandOverRing::~HandOverRing()
 {
-    m_device.reset(); // waits for its copies
+    m_device.reset(); // waits until the copies on the device have ended
     m_memory.importerGone();
     for (const SharedBlock& block : m_blocks)
         try {
             if (block.id != 0)
-                m_memory.freeShared(block.id); // once the display has read it
-        } catch (const Error&) {               // a display that is lost frees nothing and reads nothing
+                m_memory.freeShared(block.id); // the block is freed once the display has read it
+        } catch (const Error&) {               // a lost display frees nothing and reads nothing
         }
 }
 

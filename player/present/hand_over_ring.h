@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of a GPU in memory that the display's Vulkan shares with it.
+// Hands pictures of a GPU over to the display in memory that both share.
 #pragma once
 
 #include "player/present/presenter.h"
@@ -9,17 +9,18 @@
 
 namespace gsc {
 
-// Three blocks in turn: the display may read two frames while a third is handed over.
+// Three blocks of shared memory, used in turn: the display may read two frames while a third is handed over.
 class HandOverRing {
 public:
-    // Precondition: memory.sharesMemory() with that device. Throws Error(Device).
+    // Precondition: memory.sharesMemory(), with `device`. Throws Error(Device).
     HandOverRing(SharedMemory& memory, const DeviceId& device);
     ~HandOverRing();
     HandOverRing(const HandOverRing&) = delete;
     HandOverRing& operator=(const HandOverRing&) = delete;
 
-    // Pictures of one frame, whose width and height are set: says where they are. `from`: their pixels in memory of the
-    // device, which stays for two more frames. To be shown before the next. Throws Error (OutOfMemory, Device).
+    // Hands over the pictures of one frame. Their width and height are set; this sets where their pixels lie. `from`
+    // points to their pixels in the device's memory, which must stay unchanged for two more frames. Show the pictures
+    // before the next call. Throws Error (OutOfMemory, Device).
     void handOver(std::span<ShownPicture> pictures, std::span<const void* const> from);
 
 private:
@@ -27,7 +28,7 @@ private:
     std::unique_ptr<HandOver> m_device;
     std::array<SharedBlock, 3> m_blocks;
     size_t m_next = 0;
-    uint64_t m_value = 0; // value of the semaphore
+    uint64_t m_value = 0; // value of the shared semaphore at the last frame handed over
 };
 
 } // namespace gsc

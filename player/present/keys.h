@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keys and buttons as InputEvent names them. Letters and digits are their ASCII codes, letters in capitals. The values are
-// GLFW's, which glfw_window.cpp checks.
+// Codes of keys and buttons in an InputEvent. Letters and digits have their ASCII codes, letters those of capitals.
+// The values are GLFW's, which glfw_window.cpp checks.
 #pragma once
 
 namespace gsc {
@@ -37,7 +37,7 @@ enum MouseButton : int { kMouseLeft = 0, kMouseRight = 1 };
 
 constexpr int kModifierControl = 2;
 
-// Buttons and axes of a gamepad.
+// Codes of a gamepad's buttons and axes.
 enum GamepadButton : int {
     kPadA = 0,
     kPadB = 1,

@@ -15,8 +15,9 @@ namespace gsc {
 
 namespace {
 
-constexpr float kFontPixels = 14;                                                      // at 96 dots per inch
-constexpr ImU32 kGround = IM_COL32(0, 0, 0, 160), kInk = IM_COL32(255, 255, 255, 255); // colours of notes
+constexpr float kFontPixels = 14; // height of the font in pixels at 96 dots per inch
+// colours of a note's ground and text
+constexpr ImU32 kGround = IM_COL32(0, 0, 0, 160), kInk = IM_COL32(255, 255, 255, 255);
 
 void drawHint(const OverlayItem& item)
 {
@@ -126,7 +127,8 @@ void drawHelp(Overlay& overlay)
             ImGui::TableNextColumn();
             ImGui::TextUnformatted(key.c_str());
             ImGui::TableNextColumn();
-            const float column = ImGui::GetCursorPosX(); // the rest of the screen, less borders and a scroll bar
+            // lines are broken at the edge of the screen, less borders and a scroll bar
+            const float column = ImGui::GetCursorPosX();
             ImGui::PushTextWrapPos(std::max(screen.x - 3 * ImGui::GetFontSize(), column + 8 * ImGui::GetFontSize()));
             ImGui::TextUnformatted(does.c_str());
             ImGui::PopTextWrapPos();
@@ -136,7 +138,8 @@ void drawHelp(Overlay& overlay)
     ImGui::End();
 }
 
-// Text on a dark ground, over windows of the overlay as well; lines that are too long for the window are broken.
+// Draws a note's text on a dark ground, over windows of the overlay as well. Lines that are too long for the window
+// are broken.
 void drawNote(const OverlayNote& note)
 {
     const ImVec2 screen = ImGui::GetIO().DisplaySize;
@@ -151,7 +154,7 @@ void drawNote(const OverlayNote& note)
     list->AddText(nullptr, 0, at, kInk, note.text.c_str(), nullptr, wrap);
 }
 
-// Draws one row at the right; in a narrow window it starts at the left and continues in further rows.
+// Draws the legend as one row at the right. In a narrow window it starts at the left and continues in further rows.
 void drawLegend(const OverlayLegend& legend)
 {
     if (legend.colours.empty())
@@ -197,7 +200,7 @@ OverlayRenderer::OverlayRenderer(const VulkanDevice& device, GlfwWindow& window,
 
     IMGUI_CHECKVERSION();
     ImGui::CreateContext();
-    ImGui::GetIO().IniFilename = nullptr; // writes no imgui.ini
+    ImGui::GetIO().IniFilename = nullptr; // no file imgui.ini is written
     ImGui::GetIO().ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
     ImGui::StyleColorsDark();
     ImGui_ImplGlfw_InitForVulkan(window.handle(), true);
@@ -209,7 +212,7 @@ OverlayRenderer::OverlayRenderer(const VulkanDevice& device, GlfwWindow& window,
     info.Queue = device.queue;
     info.DescriptorPool = m_descriptors;
     info.MinImageCount = 2;
-    info.ImageCount = 3; // buffers that it takes turns with: at least the frames in flight
+    info.ImageCount = 3; // number of buffers that are used in turn: at least the frames in flight
     info.MSAASamples = VK_SAMPLE_COUNT_1_BIT;
     info.CheckVkResultFn = [](VkResult result) { checkVulkan(result, "the overlay"); };
     ImGui_ImplVulkan_Init(&info, pass);
@@ -218,14 +221,15 @@ OverlayRenderer::OverlayRenderer(const VulkanDevice& device, GlfwWindow& window,
 OverlayRenderer::~OverlayRenderer()
 {
     ImGui_ImplVulkan_Shutdown();
-    GlfwWindow::unlessGone([] { // its cursors belong to the display
+    GlfwWindow::unlessGone([] { // GLFW's cursors belong to the display, which may have gone
         ImGui_ImplGlfw_Shutdown();
         ImGui::DestroyContext();
     });
     vkDestroyDescriptorPool(m_device.handle, m_descriptors, nullptr);
 }
 
-// In the size of the screen that the window is on. Waits for the GPU; a window rarely changes screens.
+// Makes the font in the scale of the screen that the window is on. Waits for the GPU, which does no harm: a window
+// rarely changes screens.
 void OverlayRenderer::makeFont(float scale)
 {
     m_scale = scale;
@@ -268,7 +272,7 @@ void OverlayRenderer::layOut(Overlay& overlay)
     if (overlay.panel)
         drawPanel(overlay);
     else if (m_had_panel)
-        ImGui::SetWindowFocus(nullptr); // the keyboard is the flight's again
+        ImGui::SetWindowFocus(nullptr); // keys move the camera again
     m_had_panel = overlay.panel;
     if (overlay.help)
         drawHelp(overlay);

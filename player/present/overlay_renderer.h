@@ -10,15 +10,15 @@ namespace gsc {
 
 class OverlayRenderer {
 public:
-    // Afterwards the window's callbacks reach ImGui, too. Throws Error.
+    // From then on ImGui receives the window's input, too. Throws Error.
     OverlayRenderer(const VulkanDevice& device, GlfwWindow& window, VkRenderPass pass, VkCommandPool pool);
     ~OverlayRenderer();
     OverlayRenderer(const OverlayRenderer&) = delete;
     OverlayRenderer& operator=(const OverlayRenderer&) = delete;
 
-    // Lays the overlay out and takes the person's changes.
+    // Lays the overlay out and writes the person's changes into it.
     void layOut(Overlay& overlay);
-    // Records the laid out overlay, inside a render pass.
+    // Records the drawing of the laid out overlay, inside a render pass.
     void record(VkCommandBuffer commands);
 
 private:
@@ -29,7 +29,8 @@ private:
     VkDescriptorPool m_descriptors = VK_NULL_HANDLE;
     GlfwWindow& m_window;
     float m_scale = 0;
-    // True at first: ImGui begins by giving the keyboard to a window of its own, which is to lose it as a panel does.
+    // True if a panel was shown last time, so it may hold the keyboard. True at first: ImGui begins by giving the
+    // keyboard to a window of its own.
     bool m_had_panel = true;
 };
 

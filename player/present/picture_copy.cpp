@@ -64,7 +64,7 @@ void PictureCopy::submit(const VkSubmitInfo& info)
 {
     checkVulkan(vkResetFences(m_device.handle, 1, &done), "vkResetFences");
     const VkResult result = vkQueueSubmit(m_device.queue, 1, &info, done);
-    if (result != VK_SUCCESS) { // nothing will set the fence
+    if (result != VK_SUCCESS) { // nothing was submitted, so nothing will set the fence
         vkDestroyFence(m_device.handle, done, nullptr);
         done = VK_NULL_HANDLE;
         makeFence();
@@ -74,7 +74,7 @@ void PictureCopy::submit(const VkSubmitInfo& info)
 
 void PictureCopy::wait()
 {
-    constexpr uint64_t kLimit = 10'000'000'000; // ns
+    constexpr uint64_t kLimit = 10'000'000'000; // longest wait for the GPU, ns
     checkVulkan(vkWaitForFences(m_device.handle, 1, &done, VK_TRUE, kLimit), "vkWaitForFences");
     uint64_t ticks[2] = {};
     if (m_timed && vkGetQueryPoolResults(m_device.handle, m_clock, 0, 2, sizeof ticks, ticks, sizeof ticks[0],
@@ -110,7 +110,8 @@ void PictureCopy::begin(std::span<const ShownPicture> pictures)
     info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
     checkVulkan(vkBeginCommandBuffer(commands, &info), "vkBeginCommandBuffer");
     if (m_clock != VK_NULL_HANDLE) {
-        vkResetQueryPool(m_device.handle, m_clock, 0, 2); // on the host: a queue that only copies cannot
+        // the host resets the queries: a queue that only copies cannot
+        vkResetQueryPool(m_device.handle, m_clock, 0, 2);
         vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, m_clock, 0);
     }
 }

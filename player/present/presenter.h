@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Brings finished pictures to a display through Vulkan: the module gsc_present, loaded when it is first used, so that the
-// player starts where there is no Vulkan, no GLFW and no display. A picture lies in memory of this process, or in memory of
-// the display's GPU that was shared with whoever draws; either way one copy brings it to the image that is shown, so bytes
-// stay what they are. All calls from one thread, the process's first.
+// Brings finished pictures to a display through Vulkan: the module gsc_present, loaded when it is first used, so that
+// the player starts where there is no Vulkan, no GLFW and no display. A picture lies in memory of this process, or in
+// memory of the display's GPU that is shared with the renderer. One copy brings it to the image that is shown, so its
+// bytes stay unchanged. All calls come from one thread, the process's first.
 #pragma once
 
 #include "player/present/overlay.h"
@@ -20,28 +20,31 @@ namespace gsc {
 
 using DeviceUuid = std::array<unsigned char, 16>;
 
-constexpr uint32_t kWindowWidth = 1280, kWindowHeight = 720; // default size of the window
+constexpr uint32_t kWindowWidth = 1280, kWindowHeight = 720; // default size of the window, pixels
 
 struct PresenterOptions {
     std::string title;
     uint32_t width = kWindowWidth, height = kWindowHeight; // size of the window, pixels
-    bool windowed = true;                                  // false: images without a window, to be read back
-    bool waits_for_display = true;                         // pictures change between two refreshes only
-    std::optional<DeviceUuid> device; // the GPU that draws: the display's is the same, if it may be
+    bool windowed = true;                                  // false: there is no window; images are read back
+    bool waits_for_display = true;    // the shown picture changes only between two refreshes of the display
+    std::optional<DeviceUuid> device; // GPU that draws the pictures; the display uses the same one if possible
 };
 
-// Codes of keys, buttons and modifiers are GLFW's.
+// One event of keyboard, mouse or window. Codes of keys, buttons and modifiers are GLFW's.
 struct InputEvent {
     enum class Kind : uint32_t { Key, Button, Move, Scroll };
     Kind kind = Kind::Key;
-    int code = 0;         // code of a Key or Button
-    bool down = false;    // for Key and Button; a repeated press of a held key is not an event
-    int modifiers = 0;    // for Key and Button
-    double x = 0, y = 0;  // Move: pixels of the picture, right and down; Scroll: notches
-    bool overlay = false; // the overlay uses it, too, such as a click on the panel
+    int code = 0; // code of the key or button; for events Key and Button
+    // true when a key or button was pressed, false when it was released; the repetition of a held key is no event
+    bool down = false;
+    int modifiers = 0; // modifier keys that were held, as GLFW's bits; for events Key and Button
+    // place of the cursor in pixels of the picture, right and down (event Move); notches of the wheel (event Scroll)
+    double x = 0, y = 0;
+    bool overlay = false; // the overlay uses the event, too: a click on the panel, for instance
 };
 
-// GLFW's layout of a gamepad: axes left x, left y, right x, right y, triggers (-1 to 1); bit b of buttons: button b.
+// State of a gamepad in GLFW's layout. Axes are left x, left y, right x, right y and two triggers, each -1 to 1; bit b
+// of `buttons` is button b.
 struct GamepadState {
     bool present = false;
     std::array<float, 6> axes{};
@@ -49,82 +52,89 @@ struct GamepadState {
 };
 
 struct WindowInput {
-    std::vector<InputEvent> events; // since the call before
+    std::vector<InputEvent> events; // input events since the last poll()
     GamepadState gamepad;
-    uint32_t width = 0, height = 0; // size of the picture, pixels; 0 while the window is minimised
-    float scale = 1;                // scale of text: 1 = 96 dots per inch
-    bool exposed = false;           // the window's content is lost and must be shown again
-    bool closed = false;            // the person wants it to
+    uint32_t width = 0, height = 0; // size of the picture in pixels; 0 while the window is minimised
+    float scale = 1;                // scale of text on this screen; 1 = 96 dots per inch
+    bool exposed = false;           // the window's content is lost: show a frame again
+    bool closed = false;            // true once the person has asked to close the window
 };
 
-// A part of the GPU's memory that another program interface may open.
+// A block of the display GPU's memory that a renderer, through CUDA for instance, can open.
 struct SharedBlock {
     uint32_t id = 0;
-    size_t bytes = 0; // bytes of the allocation, at least those asked for
-    int file = -1;    // opaque file descriptor, whose importer owns it
+    size_t bytes = 0; // size of the block, at least as many bytes as were asked for
+    int file = -1;    // file descriptor by which CUDA or Vulkan imports the block, and which the importer then owns
 };
 
-// Rows of width x 4 bytes, red first, or in the order that a headset wants (HeadsetFacts::pixels), without a gap.
+// A picture to show: rows of `width` x 4 bytes without gaps. Bytes of a pixel are red, green, blue, alpha, or in the
+// order that a headset wants (HeadsetFacts::pixels).
 struct ShownPicture {
-    const std::byte* pixels = nullptr; // in memory of this process; null: in a shared block
+    // pixels, if they lie in memory of this process; null = they lie in a shared block
+    const std::byte* pixels = nullptr;
     uint32_t block = 0;
-    size_t offset = 0;  // in the block, bytes
-    uint64_t ready = 0; // the display waits for this value of the shared semaphore before it reads; 0 = at once
+    size_t offset = 0;  // offset of the picture's pixels in the shared block, bytes
+    uint64_t ready = 0; // the display waits until the shared semaphore has this value before it reads; 0 = no wait
     uint32_t width = 0, height = 0;
-    uint32_t x = 0, y = 0; // place in the window, if its size is that of the canvas
-    // FrameTarget's depths in memory of this process, rows without a gap, for a display that wants them; null: there are none
+    uint32_t x = 0, y = 0; // place of the picture's top left corner on the canvas, pixels
+    // Depths as FrameTarget has them, in memory of this process, rows without gaps, for a display that wants them;
+    // null: none
     const float* depth = nullptr;
 };
 
 struct FrameToShow {
     std::span<const ShownPicture> pictures;
-    // Size of the canvas that pictures lie on, pixels; it is scaled to a window of another size. Parts without a
-    // picture are black; without a window pictures cover all of it.
+    // Size in pixels of the canvas that the pictures lie on; the canvas is scaled to a window of another size. Parts
+    // without a picture are black; without a window pictures must cover all of it.
     uint32_t width = 0, height = 0;
-    bool reads_back = false; // the displayed canvas, without the overlay
+    bool reads_back = false; // keep the displayed canvas, without the overlay, for readBack()
 };
 
 struct PresentTimes {
-    double copy_ms = 0; // GPU time of the copies alone, of the last frame that is done
+    double copy_ms = 0; // GPU time in ms of the copies alone, in the last frame that has finished
 };
 
-// Memory of the display's GPU that another program interface writes pictures to.
+// Memory of the display's GPU that a renderer writes pictures to.
 class SharedMemory {
 public:
     virtual ~SharedMemory() = default;
 
-    [[nodiscard]] virtual bool sharesMemory() const = 0; // true if it shares memory with the GPU that was asked for
+    [[nodiscard]] virtual bool sharesMemory() const = 0; // true if memory can be shared with the GPU that was asked for
 
-    // Throws Error: OutOfMemory, Unsupported without sharesMemory().
+    // Allocates a block to share. Throws Error: OutOfMemory, or Unsupported if sharesMemory() is false.
     virtual SharedBlock makeShared(size_t bytes) = 0;
-    virtual void freeShared(uint32_t id) = 0; // after the display has read it
-    virtual int semaphoreFile() = 0; // file descriptor of a timeline semaphore that starts at 0; the importer owns it
-    // Called when the importer has gone: nobody else signals the semaphore that the display waits for.
+    virtual void freeShared(uint32_t id) = 0; // frees a block, once the display has read it
+    // file descriptor of a timeline semaphore that starts at 0; whoever imports it owns it
+    virtual int semaphoreFile() = 0;
+    // Call it when the renderer has gone: nobody will signal the semaphore any more, so the display must not wait for
+    // it.
     virtual void importerGone() = 0;
 };
 
 class Presenter : public SharedMemory {
 public:
     [[nodiscard]] virtual std::string deviceName() const = 0;
-    [[nodiscard]] virtual bool readsBack() const = 0; // frames may ask for it
+    [[nodiscard]] virtual bool readsBack() const = 0; // true if frames may set FrameToShow::reads_back
 
-    // Input that has come; waits for some for at most so long. Throws Error(Device) where the display has gone.
+    // Returns the input since the last call; waits up to `seconds` for some. Throws Error(Device) if the display has
+    // gone.
     virtual WindowInput poll(double seconds) = 0;
 
-    // Shows a frame; returns when the display can take the next one. False: nothing was shown, because the window is
-    // minimised or being resized. `overlay`, if not null, is drawn over it, and takes what the person does there. Throws
-    // Error: Device where display or GPU are lost, OutOfMemory.
+    // Shows a frame; returns when the display can take the next one. Returns false if nothing was shown, because the
+    // window is minimised or being resized. `overlay`, if not null, is drawn over the frame and receives the person's
+    // changes. Throws Error: Device if display or GPU are lost, OutOfMemory.
     virtual bool show(const FrameToShow& frame, Overlay* overlay) = 0;
 
-    // Last frame that was shown with reads_back: height rows of width x 4 bytes, red first. Waits for it.
+    // Returns the last frame that was shown with reads_back, after waiting for it: `height` rows of `width` x 4 bytes,
+    // red first.
     virtual std::vector<std::byte> readBack(uint32_t& width, uint32_t& height) = 0;
 
     virtual PresentTimes times() = 0;
-    virtual void finish() = 0; // waits until no picture is being read
+    virtual void finish() = 0; // waits until no picture's memory is being read
 };
 
 struct PresentFunctions {
-    // Throws Error: Unsupported without Vulkan 1.2 or a display, naming the missing part; Device.
+    // Opens the display. Throws Error: Unsupported if Vulkan 1.2 or a display is missing, naming which; Device.
     std::unique_ptr<Presenter> (*open)(const PresenterOptions& options);
 };
 

@@ -75,7 +75,7 @@ SharedBlock SharedBlocks::make(size_t bytes)
 int SharedBlocks::semaphoreFile()
 {
     checkShares();
-    if (m_exported) { // a timeline starts at 0 for whoever opens it
+    if (m_exported) { // a new timeline semaphore: whoever opens it expects the value 0
         unblock();
         checkVulkan(vkDeviceWaitIdle(m_device.handle), "vkDeviceWaitIdle");
         vkDestroySemaphore(m_device.handle, m_semaphore, nullptr);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The blocks of a device's memory that others open, and the timeline semaphore that hands them over.
+// Blocks of a Vulkan device's memory that another program interface opens, and the timeline semaphore that hands them
+// over.
 #pragma once
 
 #include "player/present/vulkan_device.h"
@@ -16,20 +17,20 @@ public:
     SharedBlocks(const SharedBlocks&) = delete;
     SharedBlocks& operator=(const SharedBlocks&) = delete;
 
-    // As SharedMemory has them.
+    // Implements SharedMemory::makeShared().
     SharedBlock make(size_t bytes);
-    void free(uint32_t id) { m_blocks.erase(id); } // precondition: nothing reads it any more
+    void free(uint32_t id) { m_blocks.erase(id); } // frees a block; precondition: nothing reads it any more
     int semaphoreFile();
 
     [[nodiscard]] VkBuffer buffer(uint32_t id) const { return m_blocks.at(id).handle; }
-    // The semaphore, for a submission that waits for `value` of it.
+    // Returns the semaphore, for a submission that waits until it has `value`.
     VkSemaphore waited(uint64_t value)
     {
         m_waited = std::max(m_waited, value);
         return m_semaphore;
     }
-    // Signals the semaphore with the value waited for, in case its owner can no longer: call before waiting for the
-    // device.
+    // Signals the semaphore with the value that submissions wait for, in case the renderer no longer can. Call it
+    // before waiting for the device.
     void unblock();
 
 private:

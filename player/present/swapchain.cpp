@@ -13,7 +13,7 @@ Swapchain::Swapchain(const VulkanDevice& device, VkSurfaceKHR surface, bool wait
     chooseFormat();
     makePass();
     if (waits_for_display)
-        return; // every driver has FIFO
+        return; // keeps the mode FIFO, which every driver has
     uint32_t count = 0;
     checkVulkan(vkGetPhysicalDeviceSurfacePresentModesKHR(m_device.physical, m_surface, &count, nullptr),
                 "present modes");
@@ -33,7 +33,8 @@ Swapchain::~Swapchain()
     vkDestroySurfaceKHR(m_device.instance, m_surface, nullptr);
 }
 
-// Eight bits that are shown as they are: a picture's bytes are display-encoded already, so nothing may encode them again.
+// Chooses a format of 8 bits that is shown unchanged: a picture's bytes are display-encoded, so nothing may encode
+// them again.
 void Swapchain::chooseFormat()
 {
     uint32_t count = 0;
@@ -94,7 +95,7 @@ bool Swapchain::resize(uint32_t width, uint32_t height)
     VkSurfaceCapabilitiesKHR can{};
     checkVulkan(vkGetPhysicalDeviceSurfaceCapabilitiesKHR(m_device.physical, m_surface, &can), "surface capabilities");
     VkExtent2D wanted = can.currentExtent;
-    if (wanted.width == ~0u) // the surface takes the size of its images
+    if (wanted.width == ~0u) // a width of ~0 means that the surface takes the size of the images shown on it
         wanted = {std::clamp(width, can.minImageExtent.width, can.maxImageExtent.width),
                   std::clamp(height, can.minImageExtent.height, can.maxImageExtent.height)};
     dropImages();

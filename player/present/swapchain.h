@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The images that a window shows, and how a frame gets into one.
+// The images that a window shows in turn, and the drawing of a frame into one.
 #pragma once
 
 #include "player/present/vulkan_device.h"
@@ -8,19 +8,21 @@ namespace gsc {
 
 class Swapchain {
 public:
-    // Owns the surface.
+    // Takes the surface and destroys it at the end.
     Swapchain(const VulkanDevice& device, VkSurfaceKHR surface, bool waits_for_display);
     ~Swapchain();
     Swapchain(const Swapchain&) = delete;
     Swapchain& operator=(const Swapchain&) = delete;
 
-    // Makes the chain for a window of so many pixels, while nothing is in use. Returns false if there is none now.
-    // Throws Error.
+    // Makes the images for a window of this size in pixels. Precondition: no image is in use. Returns false if the
+    // window can show none now. Throws Error.
     bool resize(uint32_t width, uint32_t height);
 
-    // The next image's index; none where the swapchain is out of date. Throws Error(Device).
+    // Returns the index of the next image; none if the swapchain no longer fits the window. Throws Error(Device).
     std::optional<uint32_t> acquire(VkSemaphore ready);
-    bool present(uint32_t image); // after its `drawn`; false where it is out of date
+    // shows image number `image` once the semaphore `drawn` of the image is signalled; returns false if the swapchain
+    // no longer fits the window
+    bool present(uint32_t image);
 
     struct Image {
         VkImage handle = VK_NULL_HANDLE;
@@ -31,9 +33,10 @@ public:
     std::vector<Image> images;
     VkExtent2D extent{};
     VkFormat format = VK_FORMAT_UNDEFINED;
-    VkRenderPass overlay = VK_NULL_HANDLE; // from the copied image to the presented one
-    bool red_first = false;                // bytes of a pixel
-    bool reads_back = false;               // images can be copied from
+    // render pass that draws the overlay over an image that a copy has filled, and leaves it ready to be presented
+    VkRenderPass overlay = VK_NULL_HANDLE;
+    bool red_first = false;  // order of a pixel's bytes: red, green, blue; false: blue, green, red
+    bool reads_back = false; // true: images can be copied to the host
 
 private:
     void chooseFormat();

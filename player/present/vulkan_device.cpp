@@ -54,7 +54,7 @@ std::optional<uint32_t> familyOf(VkPhysicalDevice physical, VkSurfaceKHR surface
     return std::nullopt;
 }
 
-// Queue families that copy to any place of an image, and can measure the time of it.
+// Finds the queue families that can copy to any place of an image and measure the time of a copy.
 std::vector<uint32_t> copyFamilies(VkPhysicalDevice physical)
 {
     constexpr VkQueueFlags kCopies = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT | VK_QUEUE_TRANSFER_BIT;
@@ -113,7 +113,7 @@ VulkanDevice::~VulkanDevice()
         vkDestroyInstance(instance, nullptr);
 }
 
-// The device that draws; otherwise the fastest kind.
+// Chooses the GPU that draws, if it may be used, else the fastest kind of GPU.
 void VulkanDevice::choose(VkSurfaceKHR surface)
 {
     auto all = listOf<VkPhysicalDevice>(
@@ -170,7 +170,8 @@ void VulkanDevice::open(VkSurfaceKHR surface)
         each.queueCount = 1;
         each.pQueuePriorities = &priority;
     }
-    // not VkPhysicalDeviceVulkan12Features: an OpenXR runtime may add one of these itself, which must not stand beside that
+    // not VkPhysicalDeviceVulkan12Features: an OpenXR runtime may add one of the structures that it contains, and both
+    // together are not allowed
     auto timeline = vulkanInfo<VkPhysicalDeviceTimelineSemaphoreFeatures>(
         VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_TIMELINE_SEMAPHORE_FEATURES);
     auto features = vulkanInfo<VkPhysicalDeviceHostQueryResetFeatures>(
@@ -235,7 +236,7 @@ VulkanBuffer::VulkanBuffer(const VulkanDevice& d, size_t size, VkBufferUsageFlag
             checkVulkan(vkMapMemory(device, memory, 0, VK_WHOLE_SIZE, 0, &at), "vkMapMemory");
             mapped = static_cast<std::byte*>(at);
         }
-    } catch (...) { // no destructor comes after a constructor that throws
+    } catch (...) { // a destructor does not run if the constructor throws
         vkDestroyBuffer(device, handle, nullptr);
         vkFreeMemory(device, memory, nullptr);
         throw;

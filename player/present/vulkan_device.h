@@ -10,10 +10,10 @@
 
 namespace gsc {
 
-// Throws Error for a result that is no success: OutOfMemory, or Device with `what` failed.
+// Throws Error if a Vulkan result is no success: OutOfMemory, or Device, "`what` failed".
 void checkVulkan(VkResult result, const char* what);
 
-// A structure of Vulkan with its type field set.
+// Makes a Vulkan structure and sets the member `sType`.
 template <typename Info>
 Info vulkanInfo(VkStructureType type, const void* next = nullptr)
 {
@@ -23,35 +23,37 @@ Info vulkanInfo(VkStructureType type, const void* next = nullptr)
     return info;
 }
 
-// Who makes Vulkan's objects, where that is not the program: an OpenXR runtime does so itself.
+// Functions that make Vulkan's objects instead of this program: an OpenXR runtime makes them itself.
 struct VulkanMaker {
     std::function<VkResult(const VkInstanceCreateInfo&, VkInstance*)> instance;
-    std::function<VkPhysicalDevice(VkInstance)> physical; // throws Error
+    std::function<VkPhysicalDevice(VkInstance)> physical; // chooses the physical device; throws Error
     std::function<VkResult(VkPhysicalDevice, const VkDeviceCreateInfo&, VkDevice*)> device;
 };
 
 struct VulkanDeviceOptions {
-    std::vector<const char*> instance_extensions; // extensions that a surface needs
-    std::optional<DeviceUuid> uuid;               // only this device will do; none = the best device
-    bool presents = false;                        // must be able to present to a surface
-    uint32_t version = VK_API_VERSION_1_2;        // least version
-    std::optional<VulkanMaker> maker;             // none = the program; one has a single queue, which draws
+    std::vector<const char*> instance_extensions; // instance extensions that a surface needs
+    std::optional<DeviceUuid> uuid;               // use only the device with this UUID; none = the best device
+    bool presents = false;                        // the device must be able to present to a surface
+    uint32_t version = VK_API_VERSION_1_2;        // lowest version of Vulkan
+    // none = this program makes the objects; with a maker there is a single queue, which can draw
+    std::optional<VulkanMaker> maker;
 };
 
 class VulkanDevice {
 public:
-    // Throws Error(Unsupported) where there is no Vulkan 1.2 device.
+    // Makes the instance and chooses the physical device. Throws Error(Unsupported) if there is no Vulkan 1.2 device.
     explicit VulkanDevice(const VulkanDeviceOptions& options);
     ~VulkanDevice();
     VulkanDevice(const VulkanDevice&) = delete;
     VulkanDevice& operator=(const VulkanDevice&) = delete;
 
-    // Makes the device, of a physical one that can present to `surface`. Without one every queue family that can copy to
-    // images has a queue, and useFamily() takes one of `families`.
+    // Makes the logical device, on a physical one that can present to `surface`. Without a surface it gets a queue of
+    // every family that can copy to images, and useFamily() chooses one of `families`.
     void open(VkSurfaceKHR surface);
     void useFamily(uint32_t index);
 
-    [[nodiscard]] uint32_t memoryType(uint32_t bits, VkMemoryPropertyFlags wanted) const; // throws Error(Unsupported)
+    // returns the index of a memory type; throws Error(Unsupported)
+    [[nodiscard]] uint32_t memoryType(uint32_t bits, VkMemoryPropertyFlags wanted) const;
 
     VkInstance instance = VK_NULL_HANDLE;
     VkPhysicalDevice physical = VK_NULL_HANDLE;
@@ -59,10 +61,10 @@ public:
     VkQueue queue = VK_NULL_HANDLE;
     uint32_t family = 0;
     std::vector<uint32_t> families;
-    VkPipelineStageFlags stages = 0; // stages at which its queue writes images
+    VkPipelineStageFlags stages = 0; // pipeline stages at which the queue writes images
     std::string name;
-    bool shares = false; // has the UUID asked for, and exports memory and semaphores
-    double tick_ns = 0;  // nanoseconds of a tick of timestamps; 0 = it has none
+    bool shares = false; // the device has the UUID asked for, and exports memory and semaphores
+    double tick_ns = 0;  // nanoseconds in a tick of the device's timestamps; 0 = the device has none
     VkPhysicalDeviceMemoryProperties memory{};
 
 private:
@@ -71,10 +73,10 @@ private:
     VulkanDeviceOptions m_options;
 };
 
-// A buffer or an image with memory of its own. Its device outlives it.
+// A Vulkan buffer that owns its memory. The device must outlive the buffer.
 struct VulkanBuffer {
     VulkanBuffer() = default;
-    // `exported`: its memory can be opened by others.
+    // `exported`: other program interfaces can open the memory.
     VulkanBuffer(const VulkanDevice& device, size_t bytes, VkBufferUsageFlags usage, VkMemoryPropertyFlags properties,
                  bool exported = false);
     ~VulkanBuffer();
@@ -85,7 +87,7 @@ struct VulkanBuffer {
     VkBuffer handle = VK_NULL_HANDLE;
     VkDeviceMemory memory = VK_NULL_HANDLE;
     size_t bytes = 0, allocated = 0;
-    std::byte* mapped = nullptr; // address for the host
+    std::byte* mapped = nullptr; // address at which the host reads and writes the memory; null = not mapped
 };
 
 struct VulkanImage {

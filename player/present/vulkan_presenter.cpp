@@ -17,10 +17,10 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kCanvases = 2; // frames that the display may still be reading
+constexpr uint32_t kCanvases = 2; // number of canvases, each of which the display may still be reading
 
-// Pictures are copied to a canvas of theirs; a window's is then scaled into an image of the swapchain, byte for byte where
-// nothing is to be scaled, and the overlay drawn over it.
+// Shows frames through Vulkan. Pictures are copied to a canvas. In a window the canvas is then scaled into an image of
+// the swapchain, byte for byte if the sizes are equal, and the overlay is drawn over it.
 class VulkanPresenter final : public Presenter {
 public:
     explicit VulkanPresenter(const PresenterOptions& options)
@@ -35,7 +35,7 @@ public:
         m_device = std::make_unique<VulkanDevice>(device);
         const VkSurfaceKHR surface = m_window ? m_window->makeSurface(m_device->instance) : VK_NULL_HANDLE;
         m_device->open(surface);
-        // note: an image of a headset stores sRGB, a window's takes bytes as they are; a copy changes neither
+        // note: an image of a headset stores sRGB, one of a window stores bytes as they are; a copy changes neither
         const VkFormat format = m_window ? VK_FORMAT_R8G8B8A8_UNORM : VK_FORMAT_R8G8B8A8_SRGB;
         if (!m_window)
             m_device->useFamily(fastestCopyFamily(*m_device, format));
@@ -64,7 +64,7 @@ public:
             canvas.reset();
         m_blocks.reset();
         vkDestroyCommandPool(m_device->handle, m_pool, nullptr);
-        m_device.reset(); // before the window, whose surface it had
+        m_device.reset(); // before the window, because the device destroys the window's surface
     }
 
     [[nodiscard]] bool readsBack() const override { return !m_chain || m_chain->reads_back; }
@@ -140,14 +140,16 @@ public:
     {
         for (const auto& canvas : m_canvases) {
             const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(5);
-            while (canvas->busy() && std::chrono::steady_clock::now() < until) // a driver that sleeps wakes late
+            // busy waiting at first: a driver that sleeps wakes late
+            while (canvas->busy() && std::chrono::steady_clock::now() < until)
                 std::this_thread::yield();
             canvas->wait();
         }
     }
 
 private:
-    // Next image of the swapchain, which is made anew where the window has another size. None while it has no size.
+    // Returns the index of the next image to draw into, of a swapchain remade if the window's size changed. None while
+    // the window is minimised.
     std::optional<uint32_t> nextImage(const Canvas& canvas)
     {
         if (m_input.width == 0 || m_input.height == 0)
@@ -232,7 +234,7 @@ private:
     std::unique_ptr<Swapchain> m_chain;
     std::unique_ptr<OverlayRenderer> m_overlay;
     std::unique_ptr<SharedBlocks> m_blocks;
-    WindowInput m_input; // result of the last poll()
+    WindowInput m_input; // input that the last poll() returned
     uint32_t m_next = 0, m_read = 0;
     bool m_stale = false;
 };

@@ -12,7 +12,7 @@ namespace gsc {
 
 namespace {
 
-constexpr double kDeadZone = 0.15; // deflection that counts as a stick at rest
+constexpr double kDeadZone = 0.15; // a stick that is deflected less counts as at rest, share of full deflection
 
 struct KeyRow {
     int key;
@@ -115,7 +115,7 @@ std::vector<Action> Controls::take(const WindowInput& input)
     for (const InputEvent& event : input.events) {
         switch (event.kind) {
         case InputEvent::Kind::Key: {
-            if (!event.down) { // releases count even if the panel took the press
+            if (!event.down) { // a key that the panel took counts as released, too
                 m_keys.erase(event.code);
                 break;
             }
@@ -123,7 +123,7 @@ std::vector<Action> Controls::take(const WindowInput& input)
             const bool control = (event.modifiers & kModifierControl) != 0;
             const auto row = std::ranges::find(kKeys, event.code, &KeyRow::key);
             const bool closes = event.code == 'Q' && control;
-            // the panel must not keep the keys that lead out of it
+            // keys that leave the panel must work while it has the keyboard
             const bool always = event.code >= kKeyF1 || event.code == kKeyEscape || event.code == kKeyTab || closes;
             if (event.overlay && !always)
                 break;
@@ -180,7 +180,8 @@ double Controls::stick(int axis) const
     return past > 0 ? std::copysign(past / (1 - kDeadZone), value) : 0;
 }
 
-// 0 to 1. A trigger rests at -1; one that was never touched may tell 0 instead.
+// Returns how far a trigger is pressed, 0 to 1. A trigger at rest is at -1, but one that was never touched may state
+// 0.
 double Controls::trigger(int axis) const
 {
     const double value = m_gamepad.present ? double(m_gamepad.axes[size_t(axis)]) : 0;

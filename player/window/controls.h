@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Actions and motion that keys, mouse and gamepad ask of the window.
+// Translates keys, mouse and gamepad into actions and motion for the window.
 #pragma once
 
 #include "player/present/presenter.h"
@@ -40,20 +40,22 @@ enum class Action {
     SplitRight,
 };
 
-// Lines of the help: keys and their effects.
+// Returns the lines of the help: keys and their effects.
 std::vector<std::pair<std::string, std::string>> helpLines();
 
 class Controls {
 public:
-    // Takes the input since the last call; returns its actions in order.
+    // Takes the input since the last call and returns the actions that it asks for, in order.
     std::vector<Action> take(const WindowInput& input);
 
-    // Movement of the viewer in the last `seconds`; the mouse's movement counts once.
+    // Motion that the person asks for during the last `seconds`. Motion of the mouse is reported once only. `height`
+    // in pixels and `fov_y` in radians are the picture's.
     NavigationInput motion(double seconds, uint32_t height, double fov_y);
 
-    [[nodiscard]] bool moving() const; // true while a key or a stick is held: motion() then moves without events
+    // true while a key or a stick is held: motion() then moves the camera without new events
+    [[nodiscard]] bool moving() const;
 
-    // Keys that went down in the last take(), as the log has them: "W", "F12".
+    // Names of the keys that were pressed in the last take(), as the log states them: "W", "F12".
     [[nodiscard]] const std::vector<std::string>& pressed() const { return m_pressed; }
 
 private:
@@ -62,8 +64,8 @@ private:
     [[nodiscard]] double stick(int axis) const;
     [[nodiscard]] double trigger(int axis) const;
 
-    std::set<int> m_keys, m_buttons; // keys and buttons that are down
-    double m_x = 0, m_y = 0;         // place of the cursor
+    std::set<int> m_keys, m_buttons; // codes of the keys and mouse buttons that are held
+    double m_x = 0, m_y = 0;         // place of the cursor, pixels
     bool m_knows_cursor = false;
     double m_look[2] = {}, m_pan[2] = {}, m_scroll = 0;
     GamepadState m_gamepad;

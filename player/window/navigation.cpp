@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Within a step yaw, pitch and speed change at even rates, so the way is an integral of exponentials, taken in closed
-// form. That is why the length of a step does not matter, however the camera turns while it moves.
+// Within a step yaw, pitch and speed change at even rates, so the way is an integral of exponentials, which has a
+// closed form. So several short steps end where one long step does, even if the camera turns while it moves.
 #include "player/window/navigation.h"
 
 #include <glm/geometric.hpp>
@@ -20,14 +20,15 @@ using Complex = std::complex<double>;
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kSteepest = 89 * kDegree;
-constexpr double kFlyMetres = 5, kWalkMetres = 1.4; // a second
-constexpr double kSceneShare = 1.0 / 20;            // share of the scene's diagonal per second, if the metre is unknown
-constexpr double kOrbitPace = 0.5;                  // share of the distance per second
+constexpr double kFlyMetres = 5, kWalkMetres = 1.4; // default speeds, metres per second
+constexpr double kSceneShare = 1.0 / 20; // default speed if the metre is unknown, diagonals of the scene per second
+constexpr double kOrbitPace = 0.5;       // speed in Orbit, distances to the target per second
 constexpr double kNotch = 1.25, kFast = 4, kSlow = 0.25;
-constexpr double kStickRate = 90 * kDegree;                      // a second
-constexpr double kSpeedRange = 1e3;                              // times slower or faster than at first
-constexpr double kNearest = 1e-6, kFarthest = 1e3, kReach = 1e6; // diagonals
-// far beyond any hand, and far from where squares and exponentials leave a double
+constexpr double kStickRate = 90 * kDegree; // fastest turn by a stick, radians per second
+constexpr double kSpeedRange = 1e3;         // largest factor between a chosen speed and the default one
+// limits in diagonals of the scene: of the distance to the target; of the position
+constexpr double kNearest = 1e-6, kFarthest = 1e3, kReach = 1e6;
+// limits of the input: more than a hand can do, and small enough that squares and exponentials stay finite
 constexpr double kMostPixels = 1e6, kMostNotches = 100, kMostSeconds = 1e4, kMostTurn = 1e4;
 
 double checked(double value, double most)
@@ -40,7 +41,7 @@ glm::dvec3 checkedPoint(const double v[3])
     return {checked(v[0], 1e100), checked(v[1], 1e100), checked(v[2], 1e100)};
 }
 
-// Pixels from the eye to the picture: a drag of one pixel turns by 1 / focal.
+// Focal length in pixels: dragging the picture by one pixel turns the camera by 1 / focal radians.
 double focalOf(uint32_t height, double fov_y)
 {
     const bool known = height > 0 && fov_y >= 1e-6 && fov_y < std::numbers::pi - 1e-6;
@@ -52,14 +53,16 @@ Complex meanExponential(Complex z)
 {
     if (std::abs(z) > 1)
         return (std::exp(z) - 1.0) / z;
-    // the difference cancels here, the series does not: its 18th term is below 1e-16
+    // for small z the closed formula loses precision by cancellation, but the series does not: its 18th term is below
+    // 1e-16
     Complex sum = 1, term = 1;
     for (int n = 2; n <= 18; ++n)
         sum += term *= z / double(n);
     return sum;
 }
 
-// Share of a step after which `value`, which changes by `change` in all, meets the limit ahead of it: 0 to 1.
+// Share of a step, 0 to 1, after which `value` meets `low` or `high`. `change` is the value's change over the whole
+// step.
 double shareUntil(double value, double change, double low, double high)
 {
     if (change == 0)
@@ -67,7 +70,8 @@ double shareUntil(double value, double change, double low, double high)
     return std::clamp(((change > 0 ? high : low) - value) / change, 0.0, 1.0);
 }
 
-// A unit vector across `axis`, a unit vector: the part of `wanted`, or of another axis where there is none.
+// Returns a unit vector perpendicular to `axis`, a unit vector: in the direction of `wanted`, or any if `wanted` is
+// parallel to `axis`.
 glm::dvec3 across(const glm::dvec3& axis, const glm::dvec3& wanted)
 {
     glm::dvec3 part = wanted - axis * dot(axis, wanted);
@@ -82,10 +86,10 @@ glm::dvec3 across(const glm::dvec3& axis, const glm::dvec3& wanted)
 
 struct Navigator::Wish {
     double seconds = 0;
-    glm::dvec3 move{};         // right, up, forward: times the speed, over the step
-    double pan[2] = {};        // right and down: times the distance, over the step
-    double yaw = 0, pitch = 0; // radians to the left and up, over the step
-    double growth = 0;         // logarithm of the factor of speed or distance, over the step
+    glm::dvec3 move{};  // movement over the step to the right, up and forward, as a factor on the speed
+    double pan[2] = {}; // movement over the step to the right and down, as a factor on the distance to the target
+    double yaw = 0, pitch = 0; // turn over the step to the left and up, radians
+    double growth = 0;         // logarithm of the factor by which speed or distance grow over the step
 
     [[nodiscard]] bool isNone() const
     {
@@ -93,7 +97,8 @@ struct Navigator::Wish {
     }
 };
 
-// Way over the step at scale 1, where the camera is turned by `pitch` about its right: even + cosine cos + sine sin.
+// Movement over a step at speed or distance 1, as a function of the angle `a` by which the camera is pitched: even +
+// cosine * cos(a) + sine * sin(a).
 struct Navigator::Velocity {
     glm::dvec3 even{}, cosine{}, sine{};
 };
@@ -137,7 +142,7 @@ void Navigator::setSpeed(double speed)
 
 void Navigator::setDistance(double distance)
 {
-    if (distance > 0) // false for NaN
+    if (distance > 0) // ignores a distance that is not positive, or NaN
         m_distance = std::clamp(distance, kNearest * m_diagonal, kFarthest * m_diagonal);
 }
 
@@ -161,7 +166,7 @@ Navigator::Wish Navigator::wishOf(const NavigationInput& input) const
     for (int i = 0; i < 3; ++i)
         wish.move[i] = checked(input.move[i], 1);
     wish.move *= wish.seconds * gear / std::max(1.0, length(wish.move));
-    // the picture goes right when the view turns left; a stick turns the view
+    // dragging the picture to the right turns the view to the left; a stick turns the view itself
     double turn[2];
     for (size_t i = 0; i < 2; ++i) {
         const double drag = checked(input.look_pixels[i], kMostPixels) / focal;
@@ -194,18 +199,19 @@ void Navigator::follow(const Wish& wish)
 {
     const bool orbits = m_mode == NavigationMode::Orbit;
     const CameraPose before = m_pose;
-    // scale of the movement: the way of a step grows with it
+    // distance to the target in Orbit, else speed: the movement of a step is proportional to it
     double& scale = orbits ? m_distance : m_speed[gait()];
     const double usual = orbits ? m_diagonal : m_default_speed[gait()];
     const double low = orbits ? kNearest * usual : usual / kSpeedRange;
     const double high = orbits ? kFarthest * usual : usual * kSpeedRange;
 
-    // a limit met on the way cuts the step there, or the rest of it would depend on where steps end
+    // where pitch or scale meet a limit during the step, the step is divided; otherwise the result would depend on the
+    // length of steps
     const double pitch = pitchAngle();
     const double pitching = shareUntil(pitch, wish.pitch, std::min(pitch, -kSteepest), std::max(pitch, kSteepest));
     const double scaling = shareUntil(std::log(scale), wish.growth, std::log(low), std::log(high));
     const double scale_before = scale;
-    glm::dvec3 way_of_step(0.0); // movement of the camera, or of the target it turns about
+    glm::dvec3 way_of_step(0.0); // movement of the camera; in Orbit, of the target that it turns about
     double from = 0;
     for (const double to : {std::min(pitching, scaling), std::max(pitching, scaling), 1.0}) {
         const double part = to - from;
@@ -218,7 +224,7 @@ void Navigator::follow(const Wish& wish)
         scale = std::clamp(scale * std::exp(growth_part), low, high);
         from = to;
     }
-    // a step that changes nothing, such as one against a limit, must not cost the bits of a given pose
+    // a step that changes nothing, for instance at a limit, keeps the bits of the pose that jumpTo() set
     if (way_of_step == glm::dvec3(0.0) && m_pose.axes == before.axes && (!orbits || scale == scale_before))
         return;
     CameraPose after{before.position + way_of_step, m_pose.axes};
@@ -233,7 +239,8 @@ void Navigator::follow(const Wish& wish)
 Navigator::Velocity Navigator::velocityOf(const Wish& wish) const
 {
     const glm::dvec3 right = m_pose.axes[0], down = m_pose.axes[1], forward = m_pose.axes[2];
-    if (m_mode == NavigationMode::Walk) { // no pitch moves these two, so it is the same however steep one looks
+    // Walk ignores the pitch: looking up or down changes neither the direction nor the speed of the movement
+    if (m_mode == NavigationMode::Walk) {
         const glm::dvec3 level_right = across(m_up, right);
         return {level_right * wish.move[0] + cross(m_up, level_right) * wish.move[2], {}, {}};
     }
@@ -245,14 +252,14 @@ Navigator::Velocity Navigator::velocityOf(const Wish& wish) const
         along_down = -wish.pan[1];
         along_forward *= kOrbitPace;
     }
-    // turned up by b: down is down cos b + forward sin b, forward is forward cos b - down sin b
+    // a camera pitched up by b has down' = down cos b + forward sin b and forward' = forward cos b - down sin b
     velocity.cosine = down * along_down + forward * along_forward;
     velocity.sine = forward * along_down - down * along_forward;
     return velocity;
 }
 
-// Integral over a step of e^(growth u) Yaw(yaw u) velocity(pitch u), u from 0 to 1. Across the up axis the vectors are
-// complex numbers, which a yaw multiplies.
+// Integral of e^(growth u) Yaw(yaw u) velocity(pitch u) over a step, u from 0 to 1. The parts of vectors across the up
+// axis are treated as complex numbers, which a yaw multiplies.
 glm::dvec3 Navigator::way(const Velocity& velocity, double yaw, double pitch, double growth) const
 {
     const auto integral = [&](double turn) { return meanExponential(Complex(growth, turn)); };
@@ -283,12 +290,13 @@ void Navigator::turn(double yaw, double pitch)
     m_pose.axes = orthonormal(turned);
 }
 
-// How far the camera is turned up about its own right, from where that circle is most level; without roll this is the
-// elevation of forward.
+// Angle by which the camera is pitched up about its own right axis, counted from the most level direction on that
+// circle. Without roll it is the elevation of the forward axis.
 double Navigator::pitchAngle() const
 {
     const double ahead = dot(m_pose.axes[2], m_up), above = -dot(m_pose.axes[1], m_up);
-    return std::hypot(ahead, above) < 1e-9 ? 0 : std::atan2(ahead, above); // right along up: nowhere is level
+    // the right axis is vertical: no direction on the circle is more level than another
+    return std::hypot(ahead, above) < 1e-9 ? 0 : std::atan2(ahead, above);
 }
 
 void Navigator::setPosition(glm::dvec3 position)
@@ -321,7 +329,7 @@ void Navigator::animateTo(const Camera& camera, double seconds)
     if (!pose || !(length(pose->position) < 1e150))
         return;
     m_flight.reset();
-    if (seconds > 0) // false for NaN
+    if (seconds > 0) // takes no step for a time that is not positive, or NaN
         m_flight = Flight{m_pose, *pose, camera, std::min(seconds, kMostSeconds), 0};
     else
         jumpTo(camera);
@@ -332,7 +340,7 @@ void Navigator::advance(Flight& flight, double seconds)
     flight.elapsed += seconds;
     const double t = flight.elapsed / flight.seconds;
     if (!(t < 1)) {
-        jumpTo(flight.goal); // ends the flight
+        jumpTo(flight.goal); // sets the exact goal, which ends the flight
         return;
     }
     const CameraPose pose = between(flight.from, flight.to, t * t * (3 - 2 * t));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A camera that a person moves: by keys, mouse and gamepad in, a pose out. Knows no window and no clock.
-// Axes are COLMAP's, as everywhere: right, down, forward; lengths are world units, angles radians.
+// A camera that a person moves: takes the input of keys, mouse and gamepad and gives a pose. Needs no window and no
+// clock. Axes are COLMAP's, as everywhere (right, down, forward); lengths are world units, angles radians.
 #pragma once
 
 #include "player/poses/pose.h"
@@ -14,78 +14,83 @@
 namespace gsc {
 
 enum class NavigationMode {
-    Fly,   // moves along right and forward of the view and along the world's up
-    Orbit, // turns about a point ahead
-    Walk,  // Fly at constant height
+    Fly,   // flies along the view's right and forward and the world's up
+    Orbit, // turns about a point ahead of the camera
+    Walk,  // moves as Fly does, but at constant height
 };
 
-// Input of a person during one step. A value that is not finite counts as 0, one that is too large as the limit.
+// Input of a person during one step. A value that is not finite counts as 0, one beyond its limit as the limit.
 struct NavigationInput {
-    double seconds = 0;         // length of the step
-    double move[3] = {};        // right, up, forward, each -1..1; together no faster than one alone
-    double look_pixels[2] = {}; // drag of the picture, right and down: the point under the cursor follows it
-    double look_rate[2] = {};   // stick, -1..1: the view turns right and down, by 90 degrees a second at most
-    double pan_pixels[2] = {};  // drag of the picture, right and down; Orbit only
-    double scroll = 0;          // notches: faster in Fly and Walk, nearer in Orbit
-    bool fast = false;          // 4 times the speed
-    bool slow = false;          // a quarter of it
-    // Size of the dragged picture: height in pixels, whole angle. Where they make no sense: 1080 and a right angle.
+    double seconds = 0;  // length of the step in seconds
+    double move[3] = {}; // to the right, up and forward, each -1 to 1; several together are no faster than one
+    // drag of the picture to the right and down, pixels: the point under the cursor follows the cursor
+    double look_pixels[2] = {};
+    double look_rate[2] = {}; // stick, -1 to 1: turns the view right and down, at most by 90 degrees per second
+    // drag of the picture to the right and down, pixels; moves the point that Orbit turns about
+    double pan_pixels[2] = {};
+    double scroll = 0; // notches of the wheel: faster in Fly and Walk, nearer in Orbit
+    bool fast = false; // moves at 4 times the speed
+    bool slow = false; // moves at a quarter of the speed
+    // Size of the dragged picture: height in pixels, vertical angle of view. Values that make no sense count as 1080
+    // and a right angle.
     uint32_t height = 0;
     double fov_y = 0;
 };
 
 struct NavigationWorld {
-    double up[3] = {0, -1, 0};        // unit vector
-    double metre = 0;                 // world units, 0 = unknown: speeds then follow from the size of the scene
-    double low[3] = {}, high[3] = {}; // bounds of the scene
+    double up[3] = {0, -1, 0};        // direction up in the world, a unit vector
+    double metre = 0;                 // world units in a metre, 0 = unknown: the size of the scene then sets the speeds
+    double low[3] = {}, high[3] = {}; // lower and upper corner of a box round the scene, world units
 };
 
-// Whatever the input, position and axes are finite and the position is at most 1e6 diagonals of the scene from its
-// middle. Steps of constant input add up: N of t/N end where one of t does, to within rounding. The drags and notches of
-// a step count as spread evenly over it.
+// For any input, position and axes stay finite and the position at most 1e6 diagonals of the scene from its middle.
+// Steps of constant input add up: N steps of t/N seconds end where one of t does, up to rounding. Drags and notches
+// count as spread evenly over their step.
 class Navigator {
 public:
-    // Looks at the whole scene from outside, 30 degrees down. A world that makes no sense is mended: up becomes
-    // (0, -1, 0), the metre unknown, the scene one unit large.
+    // Begins with a view of the whole scene from outside, 30 degrees down. Values of `world` that make no sense are
+    // replaced: `up` by (0, -1, 0), the metre by unknown, the scene by one of size 1.
     explicit Navigator(const NavigationWorld& world);
 
     [[nodiscard]] NavigationMode mode() const { return m_mode; }
     void setMode(NavigationMode mode) { m_mode = mode; }
 
-    // World units per second at full `move`, without fast and slow. Fly: 5 metres, or a twentieth of the scene's
-    // diagonal; Walk: 1.4 metres, or 0.28 of that; from a thousandth to a thousand times as much. Orbit: half the
-    // distance.
+    // Speed in world units per second at full `move`, without fast and slow. Default for Fly: 5 metres per second, or
+    // a twentieth of the scene's diagonal if the metre is unknown; for Walk: 1.4 metres, or 0.28 times Fly's; for
+    // Orbit: half the distance to the target. Scrolling changes Fly and Walk by up to a factor of 1000.
     [[nodiscard]] double speed() const;
-    // Sets the speed of Fly or Walk, whichever is on. Ignored in Orbit and where `speed` is not above 0.
+    // Sets the speed of Fly or Walk, whichever is on. Ignored in Orbit, and if `speed` is not above 0.
     void setSpeed(double speed);
 
-    // World units to the point that Orbit turns about, straight ahead.
+    // Distance in world units to the point that Orbit turns about, straight ahead.
     [[nodiscard]] double distance() const { return m_distance; }
-    // Tells the depth of a point that a person points at, 1e-6 to 1000 diagonals of the scene.
+    // Sets the distance to the point that Orbit turns about, limited to 1e-6 to 1000 diagonals of the scene.
     void setDistance(double distance);
     [[nodiscard]] std::array<double, 3> target() const;
     [[nodiscard]] std::array<double, 3> position() const;
 
-    // Returns whether the pose changed. Any move, turn, pan or scroll ends a flight of animateTo() where it is. Turns are
-    // about the world's up and about the camera's own right, which keeps its roll; up and down end at 89 degrees. A
-    // camera that was put beyond them can only come back.
+    // Moves the camera by one step and returns true if the pose changed. A move, turn, pan or scroll ends a flight of
+    // animateTo() where it is. Turns are about the world's up and about the camera's own right axis, which keeps the
+    // roll. Pitch ends at 89 degrees up or down; a camera that was set beyond can only come back.
     bool step(const NavigationInput& input);
 
-    // Puts the camera where `camera` is, with its roll. Until the next change camera() gives that pose bit for bit, if
-    // its rotation is one. Ignored where it is not finite.
+    // Puts the camera at the pose of `camera`, with its roll. camera() then returns that pose bit for bit until the
+    // next change, if its rotation is orthonormal. Ignored if the pose is not finite.
     void jumpTo(const Camera& camera);
-    // As jumpTo(), in `seconds` of steps, slow at both ends: a straight way, an even turn. At once if not above 0.
+    // Flies to the pose of `camera` during the next steps, for `seconds` in all: along a straight line, turning
+    // evenly, slow at both ends. Does as jumpTo() if `seconds` is not above 0.
     void animateTo(const Camera& camera, double seconds);
-    [[nodiscard]] bool moves() const { return m_flight.has_value(); } // animateTo() is under way
-    // Turns about the forward axis until right is level; looking straight up or down it already is.
+    [[nodiscard]] bool moves() const { return m_flight.has_value(); } // true during a flight of animateTo()
+    // Turns about the forward axis until the right axis is level. Does nothing if the camera looks straight up or
+    // down.
     void level();
 
-    // `lens` at the pose: its name, angles, middle, size and appearance.
+    // Returns `lens` (name, angles, middle, size and appearance) at the current pose.
     [[nodiscard]] Camera camera(const Camera& lens) const;
 
 private:
-    struct Wish;     // a checked input
-    struct Velocity; // speed, and the turns that change it
+    struct Wish;     // a step's input (NavigationInput) with the limits applied
+    struct Velocity; // movement as a function of the turns during a step
 
     struct Flight {
         CameraPose from, to;
@@ -93,7 +98,7 @@ private:
         double seconds = 0, elapsed = 0;
     };
     struct GivenPose {
-        double rotation[9], translation[3]; // as in Camera
+        double rotation[9], translation[3]; // pose in the form of Camera::rotation and Camera::translation
     };
 
     [[nodiscard]] Wish wishOf(const NavigationInput& input) const;
@@ -104,16 +109,18 @@ private:
     void turn(double yaw, double pitch);
     [[nodiscard]] double pitchAngle() const;
     void setPosition(glm::dvec3 position);
-    [[nodiscard]] size_t gait() const { return m_mode == NavigationMode::Walk; } // index of m_speed
+    // index into m_speed of the current mode
+    [[nodiscard]] size_t gait() const { return m_mode == NavigationMode::Walk; }
 
-    glm::dvec3 m_up{}, m_plane[2]; // right-handed: plane 0, plane 1, up
+    // the world's up, and two axes across it: m_plane[0], m_plane[1], m_up are a right-handed basis
+    glm::dvec3 m_up{}, m_plane[2];
     glm::dvec3 m_middle{};
     double m_diagonal = 1;
-    double m_default_speed[2] = {}, m_speed[2] = {}; // fly, walk
+    double m_default_speed[2] = {}, m_speed[2] = {}; // speeds of Fly (index 0) and Walk (index 1)
     NavigationMode m_mode = NavigationMode::Fly;
     CameraPose m_pose;
     double m_distance = 1;
-    std::optional<GivenPose> m_given; // m_pose in the exact bits of the camera jumped to
+    std::optional<GivenPose> m_given; // the bits of the pose that jumpTo() set, while m_pose is that pose
     std::optional<Flight> m_flight;
 };
 

@@ -13,7 +13,7 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kHistory = 240; // values of a plot
+constexpr size_t kHistory = 240; // number of values in a plot
 
 using Kind = OverlayItem::Kind;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The panel over the picture: facts of frames, and controls.
+// The panel over the picture: facts of the frames, and controls.
 #pragma once
 
 #include "player/options/frame_choice.h"
@@ -14,30 +14,30 @@
 
 namespace gsc {
 
-// Pixels that the window switches detail between.
+// Steps of the detail in pixels that the window offers, with their labels.
 constexpr std::array<std::pair<const char*, double>, 4> kDetails{{{"off", 0}, {"1", 1}, {"2", 2}, {"4", 4}}};
 
-// Settings that a person switches while the window is open.
+// Settings that the person changes while the window is open.
 struct ViewSettings {
     FrameChoice choice;
     bool two_eyes = false;
     float background[3] = {};
     FrameView view = FrameView::Picture;
     CompareMode compare = CompareMode::Off;
-    double split = 0.5; // share of the width
+    double split = 0.5; // place of the dividing line of a split, share of the width
 };
 
-// Limits of the switches: settings that this model cannot have, and why.
+// Settings that cannot be switched on with this model, and why.
 struct ViewLimits {
     bool has_levels = false;
-    std::string no_stereo; // empty = two eyes can be shown
+    std::string no_stereo; // reason why two eyes cannot be shown; empty = they can
 };
 
-// One picture that was shown, in numbers.
+// Numbers of one picture that was shown.
 struct PanelFrame {
     const FrameResult* result = nullptr;
     uint32_t eyes = 1;
-    double latency_ms = 0; // from the pose to its picture
+    double latency_ms = 0; // time from submitting the pose until its picture was finished
 };
 
 class Panel {
@@ -45,11 +45,12 @@ public:
     Panel(const ViewLimits& limits, std::vector<std::string> cameras, Overlay& overlay);
 
     void setSettings(const ViewSettings& settings, int camera, int mode, double speed);
-    // Writes changes into the settings, the chosen camera (-1 = none) and the mode. Returns false if nothing changed.
+    // Writes the person's changes into the settings, the chosen camera (index, -1 = none) and the mode. Returns false
+    // if nothing changed.
     bool take(ViewSettings& settings, int& camera, int& mode, bool& screenshot, bool& record);
 
     void addFrame(const PanelFrame& frame);
-    void addRefresh(double ms); // from one refresh of the window to the next
+    void addRefresh(double ms); // adds the time from one refresh of the window to the next to the plot
     void setFacts(const ServiceStats& stats, const FrameResult& last, const std::string& device,
                   const std::string& pose, bool recording);
 

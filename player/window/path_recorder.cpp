@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames state "translation", which the camera reader passes on unchanged: "position" would be rounded for cameras that
-// have no position of their own, such as those of another file.
+// The frames in the file state "translation", which the camera reader passes on unchanged. "position" would be rounded
+// for cameras whose own file states a translation.
 #include "player/window/path_recorder.h"
 
 #include <gsc/error.h>
@@ -21,7 +21,7 @@ namespace gsc {
 namespace {
 
 constexpr double kMostRate = 1000;
-constexpr double kSameTime = 1e-6;   // times closer than this share of a frame are the same
+constexpr double kSameTime = 1e-6;   // two times count as equal if they differ by less than this share of a frame
 constexpr double kMostLength = 1e15; // largest coordinate that a camera file may state
 constexpr size_t kPieceBytes = size_t(1) << 20;
 
@@ -35,18 +35,18 @@ bool isSideOfFile(uint32_t side)
     return side >= 1 && side <= kMaxImageSide;
 }
 
-// `camera` as a frame can hold it, none if it cannot.
+// Returns `camera` in the form that a trajectory's frame can state; none if there is no such form.
 std::optional<Camera> frameOf(const Camera& camera)
 {
     Camera frame = camera;
-    if (!hasRotation(camera)) { // a scaled rotation, or none at all
+    if (!hasRotation(camera)) { // the camera's axes are scaled, or are no rotation at all
         const std::optional<CameraPose> pose = poseOf(camera);
         if (!pose)
             return std::nullopt;
         setPose(*pose, frame);
     }
     const bool fits = std::all_of(frame.translation, frame.translation + 3,
-                                  [](double v) { return std::abs(v) <= kMostLength; }) && // false for NaN
+                                  [](double v) { return std::abs(v) <= kMostLength; }) && // also false for NaN
                       isAngleOfFile(frame.fov_x) &&
                       isAngleOfFile(frame.fov_y) && isSideOfFile(frame.width) && isSideOfFile(frame.height);
     frame.name.clear();
@@ -59,7 +59,8 @@ Camera frameBetween(const Camera& from, const Camera& to, double share)
     const std::optional<CameraPose> first = poseOf(from), second = poseOf(to);
     if (first && second)
         setPose(between(*first, *second, share), frame);
-    if (from.width == to.width && from.height == to.height) { // else pixels would change their shape
+    // if the size changes, angles in between would change the shape of pixels
+    if (from.width == to.width && from.height == to.height) {
         frame.fov_x += (to.fov_x - from.fov_x) * share;
         frame.fov_y += (to.fov_y - from.fov_y) * share;
     }
@@ -112,7 +113,7 @@ bool PathRecorder::add(double seconds, const Camera& camera, double ipd)
         m_begin = seconds;
     while (m_frames.size() < kMostFrames) {
         const double wanted = m_begin + double(m_frames.size()) / m_fps;
-        const double ahead = (wanted - seconds) * m_fps; // distance to the sample, in frames
+        const double ahead = (wanted - seconds) * m_fps; // time of the next frame minus time of the sample, in frames
         if (ahead > kSameTime)
             break;
         if (ahead >= -kSameTime)

@@ -7,7 +7,7 @@ namespace gsc {
 
 namespace {
 
-constexpr double kRestSeconds = 0.15; // without a change, before a pose is compared
+constexpr double kRestSeconds = 0.15; // time without a change after which a pose is compared
 
 std::vector<Image> imagesOf(const DrawnPose& drawn)
 {
@@ -47,7 +47,7 @@ void RestComparison::advance(double seconds, AskedPose pose, const FrameOptions&
 bool RestComparison::take(DrawnPose& drawn)
 {
     if (drawn.delivery.pose != m_pose || !underWay())
-        return false; // picture of a pose that was left
+        return false; // an old picture: the pose has changed since
     if (m_state == State::Picture) {
         m_picture = imagesOf(drawn);
         m_state = State::Exact;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An open window: input, poses, pictures and files, one turn of the loop after the other.
+// An open window. Each turn of its loop reads input, submits poses, shows pictures and writes files.
 #pragma once
 
 #include "player/window/controls.h"
@@ -24,18 +24,18 @@ public:
     WindowSession(const WindowOptions& options, std::shared_ptr<const Scene> scene, Presenter& presenter,
                   Reporter& log);
 
-    bool step();            // false: the window is to close. Throws Error
-    WindowSummary finish(); // throws Error(Io) where the path that is being recorded cannot be written
+    bool step();            // one turn of the loop; returns false if the window is to close. Throws Error
+    WindowSummary finish(); // throws Error(Io) if the path that is being recorded cannot be written
     [[nodiscard]] bool hasWritten() const { return !m_summary.files.empty() || !m_options.log.empty(); }
-    void keepRecording() noexcept; // writes the path that is being recorded, if one is; says where or why not
+    void keepRecording() noexcept; // writes the path that is being recorded, if any; reports its file or the error
 
 private:
     using Clock = std::chrono::steady_clock;
 
-    // Camera and size that a picture is drawn for; a change of them calls for a new one.
+    // Camera and size of a picture; if they change, a new picture is submitted.
     struct View {
         Camera camera;
-        uint32_t width = 0, height = 0; // size of the window
+        uint32_t width = 0, height = 0; // size of the window, pixels
         bool operator==(const View& other) const;
     };
 
@@ -54,13 +54,13 @@ private:
     void wantScreenshot();
     void writeScreenshot();
     void toggleRecording();
-    void writeRecording(); // throws Error(Io)
+    void writeRecording(); // writes the recorded path to a file; throws Error(Io)
     void jump(int camera, bool animated);
     void changeSettings(const ViewSettings& settings);
     void say(const std::string& message);
     void hold(double frame_ms);
     [[nodiscard]] bool idle() const;
-    // false while it is minimised
+    // false while the window is minimised
     [[nodiscard]] bool hasSize() const { return m_input.width > 0 && m_input.height > 0; }
     [[nodiscard]] bool compares() const { return m_comparison.ready() && m_settings.compare != CompareMode::Off; }
     [[nodiscard]] Camera lens(uint32_t width, uint32_t height) const;
@@ -68,49 +68,52 @@ private:
     [[nodiscard]] AskedPose pose(const View& view) const;
     [[nodiscard]] FrameOptions frameOptionsNow() const;
     [[nodiscard]] std::string settingsText() const;
-    [[nodiscard]] std::string whyNot(const FrameChoice& choice) const; // why it cannot be switched to; empty = it can
+    // why these settings cannot be switched on; empty = they can
+    [[nodiscard]] std::string whyNot(const FrameChoice& choice) const;
     [[nodiscard]] Guarded guarded(const FrameChoice& choice) const;
     [[nodiscard]] std::string freeName(const char* stem, const std::vector<const char*>& endings) const;
     [[nodiscard]] double now() const { return std::chrono::duration<double>(Clock::now() - m_start).count(); }
 
     WindowOptions m_options;
     std::shared_ptr<const Scene> m_scene;
-    bool m_loading = false; // the last picture shows some of it only
+    bool m_loading = false; // the last picture lacked anchors that were not loaded yet
     Presenter& m_presenter;
     Reporter& m_report;
     FrameSource m_source;
     std::vector<Shot> m_shots;
-    double m_ipd = 0;   // distance between two eyes; 0 = none are possible
-    double m_tan_y = 1; // half of the window's height at depth 1
+    double m_ipd = 0;   // distance between two eyes, world units; 0 = two eyes are not possible
+    double m_tan_y = 1; // tangent of half the vertical angle of view
     Navigator m_navigator;
     Controls m_controls;
-    std::optional<FrameGuard> m_guard; // holds --target-ms
-    ViewSettings m_settings, m_worked; // wanted; that a pose was last taken with
+    std::optional<FrameGuard> m_guard; // lowers settings to hold --target-ms; none without that option
+    // m_settings: as the person wants them; m_worked: as of the last pose that was accepted
+    ViewSettings m_settings, m_worked;
     Overlay m_overlay;
     std::unique_ptr<Panel> m_panel;
     PathRecorder m_recorder;
     std::unique_ptr<JsonLines> m_log;
-    std::string m_no_stereo; // why two eyes cannot be shown, empty = they can
+    std::string m_no_stereo; // reason why two eyes cannot be shown; empty = they can
 
     Clock::time_point m_start = Clock::now();
     double m_last_step = 0, m_last_show = 0, m_message_ends = 0;
     WindowInput m_input;
-    View m_view;           // view asked for last
-    bool m_changed = true; // settings are others than those asked for
-    bool m_again = false;  // the view shows more than before, draw it again
+    View m_view;           // view that was submitted last
+    bool m_changed = true; // the settings differ from those submitted last
+    bool m_again = false;  // submit the view again: a new picture would show more
     RestPictures m_rest;
-    uint64_t m_asked = 0;          // pose of m_view
-    std::deque<DrawnPose> m_shown; // newest last; the display may still read those before
-    FrameResult m_last;            // result of the newest picture
-    int m_camera = 0;              // camera of the file that was jumped to last
-    bool m_plays = false;          // goes through the cameras
-    // depth ahead, as the point to turn about: is to be asked for; was asked for
+    uint64_t m_asked = 0;          // number of the pose that was submitted for m_view
+    std::deque<DrawnPose> m_shown; // finished pictures, the newest last; the display may still read the earlier ones
+    FrameResult m_last;            // counts and times of the newest picture
+    int m_camera = 0;              // index of the stored camera that was jumped to last
+    bool m_plays = false;          // true: the window flies from camera to camera
+    // m_seeks: the depth in the middle of the view is wanted, for the point that Orbit turns about; m_seeking: a
+    // picture with that depth has been submitted
     bool m_seeks = false, m_seeking = false;
     bool m_dirty = true, m_wants_screenshot = false, m_closes = false;
     bool m_worked_last_turn = true;
-    uint64_t m_failed = 0;           // poses so far
-    int m_attempts = 0;              // tries of the picture that failed last
-    std::vector<std::string> m_keys; // since the frame shown last
+    uint64_t m_failed = 0;           // number of poses that failed so far
+    int m_attempts = 0;              // failed tries of the current picture
+    std::vector<std::string> m_keys; // keys pressed since the last frame
     std::string m_wrote;
 
     RestComparison m_comparison{m_source};

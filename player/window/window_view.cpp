@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Request of a window for a picture: the viewer's place, the lens and the settings.
+// Submits the window's view: position of the camera, lens and settings.
 #include "player/window/window_session.h"
 
 #include <gsc/error.h>
@@ -13,7 +13,8 @@ namespace gsc {
 
 namespace {
 
-// A viewer who looks up as far as one can still turns by a rounding: that is no other picture.
+// Compares with a small tolerance: a camera at the limit of its pitch still changes by rounding, and needs no new
+// picture.
 bool isNear(double a, double b)
 {
     return std::abs(a - b) <= 1e-12 * (1 + std::abs(b));
@@ -37,7 +38,8 @@ Camera WindowSession::lens(uint32_t width, uint32_t height) const
     lens.appearance = m_shots[size_t(m_camera)].appearance;
     lens.tan_mid_x = lens.tan_mid_y = 0;
     lens.fov_x = lens.fov_y = 0;
-    // through a focal length in pixels, as a camera file states it: so the file of a screenshot gives the same lens
+    // set by a focal length in pixels, as a camera file states it, so that the camera file of a screenshot gives the
+    // same lens
     lens.focal_x = lens.focal_y = height / (2 * m_tan_y);
     finishCamera(lens, width, height, 0);
     return lens;
@@ -56,7 +58,7 @@ WindowSession::View WindowSession::view() const
 AskedPose WindowSession::pose(const View& view) const
 {
     AskedPose pose;
-    pose.shot = m_shots[size_t(m_camera)]; // for its appearance and origin
+    pose.shot = m_shots[size_t(m_camera)]; // the shot of the camera that was jumped to last gives appearance and origin
     pose.shot.camera = view.camera;
     pose.shot.right_eye.reset();
     pose.shot.ipd = m_settings.two_eyes ? m_ipd : 0;
@@ -74,7 +76,8 @@ FrameOptions WindowSession::frameOptionsNow() const
     return frame;
 }
 
-// Tells the guard a frame's time. A change that it then makes is drawn, also at rest: it may give detail back.
+// Tells the guard the time of a frame. If the guard then changes the settings, the view is drawn again, even at rest:
+// the change may give detail back.
 void WindowSession::hold(double frame_ms)
 {
     if (!m_guard || m_loading)

@@ -10,14 +10,15 @@ namespace gsc {
 
 namespace {
 
-// share of a grip's way: two bounds, so that a trembling finger does not grab and let go
+// a hand grabs above the one share of the grip's travel and releases below the other, so that a trembling finger does
+// neither
 constexpr double kGrabs = 0.6, kLetsGo = 0.4;
-constexpr double kDeadZone = 0.15; // deflection that counts as a stick at rest
+constexpr double kDeadZone = 0.15; // a stick that is deflected less counts as at rest, share of full deflection
 constexpr double kTurns = 0.7, kTurnsAgain = 0.3;
 constexpr double kSnap = std::numbers::pi / 6;
-constexpr double kWalks = 2.5;    // metres a second
-constexpr double kPoints = 15;    // metres that one step of teleporting goes at most
-constexpr double kMostStep = 0.1; // seconds: a viewer who was away does not leap
+constexpr double kWalks = 2.5;    // fastest walk by the stick, metres per second
+constexpr double kPoints = 15;    // longest way of one teleport, metres
+constexpr double kMostStep = 0.1; // longest step in seconds, so that a viewer who was away does not leap
 
 double bent(double stick)
 {
@@ -63,7 +64,7 @@ bool Hands::grab(Placement& placement, const HeadsetInput& input)
         const glm::dvec3 to[2] = {now[0]->position, now[1]->position};
         placement.drag(from, to);
         moved = true;
-    } else if (!now[0] || !now[1]) { // a second hand that comes is waited for one step
+    } else if (!now[0] || !now[1]) { // a second hand that has just grabbed: both hands act from the next step on
         for (int i = 0; i < 2; ++i)
             if (now[i] && m_hands[i].held) {
                 placement.drag(m_hands[i].held->position, now[i]->position);
@@ -80,7 +81,7 @@ bool Hands::walk(Placement& placement, const HeadsetInput& input, const SpacePos
     const double turns = input.hands[1].stick[0];
     bool moved = false;
     if (!m_turned && std::abs(turns) > kTurns) {
-        placement.turn(std::copysign(kSnap, -turns), head.position); // a turn to the right is clockwise from above
+        placement.turn(std::copysign(kSnap, -turns), head.position); // a turn to the right is clockwise seen from above
         moved = m_turned = true;
     } else if (std::abs(turns) < kTurnsAgain) {
         m_turned = false;
@@ -90,7 +91,7 @@ bool Hands::walk(Placement& placement, const HeadsetInput& input, const SpacePos
     if (right == 0 && ahead == 0 && up == 0)
         return moved;
     glm::dvec3 forward = head.rotation * glm::dvec3(0, 0, -1);
-    if (std::abs(forward.y) > 0.99) // looks straight up or down
+    if (std::abs(forward.y) > 0.99) // the head looks almost straight up or down, so its forward axis gives no direction
         forward = head.rotation * glm::dvec3(0, forward.y > 0 ? -1 : 1, 0);
     forward.y = 0;
     forward = glm::normalize(forward);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Moves a headset through the world by its controllers: grab and pull the world, walk, turn, go where a hand points. Knows
-// no headset and no clock.
+// Moves a headset's viewer through the world by the controllers: pull the world, walk, turn, or teleport to where a
+// hand points. Needs no headset and no clock.
 #pragma once
 
 #include "player/present/headset/headset.h"
@@ -10,18 +10,18 @@ namespace gsc {
 
 class Hands {
 public:
-    // `start`: placement that the menu button returns to. `floor`: height of the floor in the space, metres.
+    // `start` is the placement that the menu button returns to, `floor` the height of the floor in the space, metres.
     Hands(const Placement& start, double floor) : m_start(start), m_floor(floor) {}
 
-    // Takes one step of `seconds`. `input`: state of the controllers; `head`: pose between the eyes. Returns true if the
-    // place changed.
+    // Takes one step of `seconds`. `input` is the state of the controllers, `head` the pose between the eyes. Returns
+    // true if `placement` changed.
     //   grab     one hand holds the world and pulls it along; two turn it about the vertical and scale it
-    //   stick    left: walks, level, where the head looks; right: turns by 30 degrees at a time, and up and down
-    //   teleport held: nothing; let go: the head comes to stand above the point of the floor that the hand aims at
+    //   stick    left: walks, level, where the head looks; right: turns by 30 degrees at a time, and moves up and down
+    //   teleport on release the head comes to stand above the point of the floor that the hand aims at
     //   menu     back to the start
     bool step(Placement& placement, const HeadsetInput& input, const SpacePose& head, double seconds);
 
-    void letGo() // forgets the hands' holds: the viewer is suddenly elsewhere
+    void letGo() // forgets what the hands hold: call it when the viewer is suddenly elsewhere
     {
         for (Hand& hand : m_hands)
             hand.held.reset();
@@ -29,7 +29,7 @@ public:
 
 private:
     struct Hand {
-        std::optional<SpacePose> held; // pose of the grip in the step before, while it grabs
+        std::optional<SpacePose> held; // pose of the hand's grip in the last step, if the hand grabbed; else none
         bool teleports = false, menu = false;
     };
 
@@ -40,7 +40,7 @@ private:
     Placement m_start;
     double m_floor;
     Hand m_hands[2];
-    bool m_turned = false; // the stick has turned the viewer and was not let go since
+    bool m_turned = false; // the stick has turned the viewer once and has not been back at rest since
 };
 
 } // namespace gsc

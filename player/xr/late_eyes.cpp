@@ -9,9 +9,10 @@ namespace gsc {
 
 namespace {
 
-constexpr double kDrawsShare = 0.2; // weight of the newest picture in m_draws_ms
+constexpr double kDrawsShare = 0.2; // weight of the newest picture in the running mean m_draws_ms
 
-constexpr int64_t kMostPeriod = 1000000000; // ns; a runtime that says more knows none
+// longest time from refresh to refresh that is believed, ns; a runtime that states more does not know it
+constexpr int64_t kMostPeriod = 1000000000;
 
 } // namespace
 
@@ -61,7 +62,7 @@ bool LateEyes::find(LateLook& look, const std::vector<SpaceEye>& asked)
     look.time = nextTime();
     try {
         look.found = m_headset->locate(look.time, look.eyes) && std::ranges::equal(look.eyes, asked, sameLens);
-    } catch (const Error&) { // the headset has gone, which the frame loop finds out by itself
+    } catch (const Error&) { // the headset has gone; the frame loop will find out by itself
         look.found = false;
     }
     return look.found;

@@ -14,10 +14,10 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kMostTriangles = 2048; // headsets have some hundreds
+constexpr size_t kMostTriangles = 2048; // most triangles of a mesh; real headsets have some hundred
 
 struct Point {
-    double x, y; // pixels, right and down
+    double x, y; // place in pixels from the top left corner, right and down
 };
 
 // Pixels of a row from `first` up to but not including `end`.
@@ -28,7 +28,7 @@ struct Span {
 bool isView(const SpaceEye& eye)
 {
     constexpr double kMost = std::numbers::pi / 2;
-    const auto inside = [](double angle) { return angle > -kMost && angle < kMost; }; // false for NaN
+    const auto inside = [](double angle) { return angle > -kMost && angle < kMost; }; // also false for NaN
     return inside(eye.left) && inside(eye.right) && inside(eye.up) && inside(eye.down) && eye.left < eye.right &&
            eye.down < eye.up;
 }
@@ -38,7 +38,7 @@ uint32_t squaresOf(uint32_t pixels)
     return (pixels + kLensSquare - 1) / kLensSquare;
 }
 
-// A mesh in pixels of the picture. Rows are worked out one by one.
+// A mesh of hidden triangles in pixels of the picture. Computes the hidden pixels row by row.
 class HiddenRows {
 public:
     HiddenRows(const HiddenMesh& mesh, const SpaceEye& eye, uint32_t width, uint32_t height)
@@ -50,7 +50,7 @@ public:
             m_points.push_back({(double(right) - left) * across, (up - double(above)) * along});
     }
 
-    // Keeps the triangles that reach the rows which row() is then asked about.
+    // Selects the triangles that reach the rows first_row to end_row, which row() is called for next.
     void look(int64_t first_row, int64_t end_row)
     {
         m_near.clear();
@@ -63,7 +63,7 @@ public:
         }
     }
 
-    // In order, with pixels between any two.
+    // Returns the hidden pixels of a row as spans, in order and with pixels between them.
     [[nodiscard]] std::vector<Span> row(uint32_t row) const
     {
         std::vector<Span> spans;
@@ -80,7 +80,8 @@ public:
     }
 
 private:
-    // x of the edge at height y. Both triangles of an edge get equal bits, so that no pixel between them is lost.
+    // x of the edge from `a` to `b` at height y. Two triangles with a common edge get equal bits, so that no pixel
+    // between them is lost.
     [[nodiscard]] static double at(Point a, Point b, double y)
     {
         if (std::pair(b.y, b.x) < std::pair(a.y, a.x))
@@ -99,7 +100,7 @@ private:
             from = std::min(from, x);
             to = std::max(to, x);
         }
-        if (!(from <= to)) // the triangle misses this row
+        if (!(from <= to)) // the triangle does not reach this row
             return;
         const Span span{int64_t(std::clamp(std::ceil(from - 0.5), 0.0, double(m_width))),
                         int64_t(std::clamp(std::floor(to - 0.5) + 1, 0.0, double(m_width)))};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Carries a viewer along the cameras of a file at a constant rate. Pure.
+// Carries a viewer along a list of cameras at a constant rate. No input but its arguments.
 #pragma once
 
 #include "player/poses/placement.h"
@@ -10,11 +10,11 @@ namespace gsc {
 
 class Ride {
 public:
-    // At least one camera; `fps`: cameras per second. The other arguments are those of Placement.
+    // Takes at least one camera; `fps` is cameras per second. The other arguments are those of Placement.
     Ride(std::vector<Camera> cameras, double fps, const std::array<double, 3>& up, double metre, double eye_height);
 
-    // Placement of the space after so many seconds: on the straight line between two cameras; at the first before it, at the
-    // last after it.
+    // Placement of the space after `seconds`: on the straight line between two cameras; at the first camera before it,
+    // at the last camera after it.
     [[nodiscard]] Placement at(double seconds) const;
 
 private:

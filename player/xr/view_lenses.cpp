@@ -10,7 +10,7 @@ namespace gsc {
 ViewLenses::ViewLenses(Headset& headset, Reporter& log)
     : m_headset(headset), m_log(log), m_views(headset.facts().views.size())
 {
-    (void)headset.hiddenChanged(); // all of it is new
+    (void)headset.hiddenChanged(); // clears the flag of changed meshes, because all meshes are read below
 }
 
 void ViewLenses::follow(const std::vector<SpaceEye>& eyes)

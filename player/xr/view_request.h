@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Turns a headset's pose into a request for pictures: a camera for each eye, in pairs.
+// Turns the headset's located eyes into a request for pictures: a camera for each eye, in pairs.
 #pragma once
 
 #include "player/poses/placement.h"
@@ -12,8 +12,9 @@
 
 namespace gsc {
 
-// Fills `views`, whose `eyes` are set, for a space at `place`. `lens` gives name, planes and appearance of the cameras,
-// `facts` size and format. `gaze` may be null; so may `late`, which locates the eyes again when drawing begins.
+// Fills the rest of `views`, whose `eyes` are set, for a space at `place`. `lens` gives name, planes and appearance of
+// the cameras, `facts` gives size and format. `gaze`, if not null, is where the eyes look; `late`, if not null,
+// locates the eyes again when drawing begins.
 void requestViews(AskedViews& views, const Shot& lens, const Placement& place, const HeadsetFacts& facts,
                   const ViewLenses& lenses, const SpacePose* gaze, const std::shared_ptr<LateEyes>& late);
 

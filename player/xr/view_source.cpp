@@ -21,7 +21,7 @@ std::function<OpenedService()> ViewSource::opener() const
     };
 }
 
-// On a thread of its own: letting go of a device and loading a model take seconds.
+// Opens a new renderer in a thread of its own, because releasing a device and loading a model take seconds.
 void ViewSource::renew(const Error& why)
 {
     if (++m_tries > kTries)
@@ -30,7 +30,7 @@ void ViewSource::renew(const Error& why)
     ++m_renewals;
     m_open.clear();
     OpenedService old = m_source ? m_source->release() : OpenedService{};
-    m_source.reset(); // here: it has memory of the headset's
+    m_source.reset(); // released in this thread, because it holds memory of the headset's Vulkan device
     m_opening = std::async(std::launch::async, [old = std::move(old), open = opener()]() mutable {
         old.service.reset();
         return open();
@@ -50,7 +50,7 @@ bool ViewSource::submit(AskedViews views, const FrameOptions& options)
 
 void ViewSource::take(DrawnPose drawn)
 {
-    const auto of = m_open.lower_bound(drawn.delivery.pose); // poses of a frame follow one another
+    const auto of = m_open.lower_bound(drawn.delivery.pose); // the poses of one frame have consecutive numbers
     if (of == m_open.end())
         return;
     Open& open = of->second;
@@ -62,7 +62,7 @@ void ViewSource::take(DrawnPose drawn)
     const std::exception_ptr error = open.error;
     if (!error)
         m_newest = std::move(open.views);
-    m_open.erase(m_open.begin(), std::next(of)); // older ones are late or expired
+    m_open.erase(m_open.begin(), std::next(of)); // older frames are late or expired
     if (error && m_waits)
         std::rethrow_exception(error);
     m_tries = error ? m_tries : 0;
@@ -98,7 +98,7 @@ std::optional<DrawnViews> ViewSource::next(std::chrono::nanoseconds most)
         return std::nullopt;
     }
     if (!m_source->waiting())
-        m_open.clear(); // the others failed or expired
+        m_open.clear(); // the poses that are left have failed or expired
     return std::exchange(m_newest, std::nullopt);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes all views of a headset, returns their newest finished pictures. FrameSource draws one or two eyes at a time, so four
-// views are two pairs, and a frame is finished when all its pairs are.
+// Submits all views of a headset and returns the newest finished pictures. A FrameSource draws one or two eyes at a
+// time, so four views are two pairs; a frame is finished when all its pairs are.
 #pragma once
 
 #include "player/devices/frame_source.h"
@@ -11,15 +11,16 @@
 
 namespace gsc {
 
-// Located eyes of a frame, and the cameras of each pair.
+// Eyes of a frame as located, and the cameras of each pair of views.
 struct AskedViews {
-    uint64_t frame = 0;             // frame of the headset in which the eyes were located
-    int64_t shown_at = 0, time = 0; // display time of that frame; time that the eyes were predicted for
-    double metre = 1;               // world units per metre of the space at that time
+    uint64_t frame = 0; // number of the headset's frame in which the eyes were located
+    // display time of that frame; display time that the eyes were predicted for; OpenXR's clock, ns
+    int64_t shown_at = 0, time = 0;
+    double metre = 1; // world units in a metre of the space when the eyes were located
     std::vector<SpaceEye> eyes;
-    std::vector<std::array<float, 2>> gaze; // direction of each eye's gaze, if known
+    std::vector<std::array<float, 2>> gaze; // gazeOf() each eye; empty = not known
     std::vector<AskedPose> pairs;
-    std::shared_ptr<LateLook> late; // result of --xr-late; null: not asked for
+    std::shared_ptr<LateLook> late; // the eyes that --xr-late locates; null: the option was not given
 };
 
 struct DrawnViews {
@@ -29,25 +30,26 @@ struct DrawnViews {
 
 class ViewSource {
 public:
-    // `waits`: every frame is drawn, in order, and a frame that fails is an error. While a renderer is made anew, only the
-    // thread that makes it may use `log`. Throws Error.
+    // `waits`: every frame is drawn, in order, and a failed frame is an error. While renewing(), only the thread that
+    // opens the new renderer may use `log`. Throws Error.
     ViewSource(std::shared_ptr<const Scene> scene, const ModelChoice& model, const DeviceChoice& choice,
                SharedMemory& memory, bool waits, size_t views, Reporter& log);
 
-    // Submits views, without waiting. Returns false if it takes none now: the renderer is being made anew, or more than two
-    // views are still being drawn. Throws Error(Usage) for views that cannot be drawn.
+    // Submits views without waiting. Returns false if none can be taken now: a new renderer is being opened, or more
+    // than two views are still being drawn. Throws Error(Usage) for views that cannot be drawn.
     bool submit(AskedViews views, const FrameOptions& options);
-    // Returns the newest finished views; waits at most so long for some. If no worker is left, a renderer is made anew while
-    // the caller continues, up to kTries times without a picture between them; then throws Error(Device).
+    // Returns the newest finished views; waits up to `most` for some. If no worker is left, a new renderer is opened
+    // while the caller continues. Throws Error(Device) after kTries new renderers in a row without a picture.
     std::optional<DrawnViews> next(std::chrono::nanoseconds most);
-    // One picture for each view. Pictures of the frame before are no longer read.
+    // Returns one picture for each view. Precondition: the display no longer reads the pictures of the frame before.
     [[nodiscard]] std::vector<ShownPicture> shown(const DrawnViews& drawn);
 
-    // FrameSource::drawsDetail(). Precondition: !renewing().
+    // Returns FrameSource::drawsDetail(). Precondition: !renewing().
     [[nodiscard]] bool drawsDetail(const FrameChoice& choice) const { return m_source->drawsDetail(choice); }
-    [[nodiscard]] bool renewing() const { return m_opening.valid(); } // the caller must not use `log`
+    // true while a new renderer is being opened; the caller must not use `log`
+    [[nodiscard]] bool renewing() const { return m_opening.valid(); }
     [[nodiscard]] bool waiting() const { return !m_open.empty() || m_opening.valid(); }
-    [[nodiscard]] std::optional<ServiceStats> stats() const; // numbers of the current renderer
+    [[nodiscard]] std::optional<ServiceStats> stats() const; // numbers of the current renderer's service
     [[nodiscard]] uint64_t renewals() const { return m_renewals; }
 
 private:
@@ -68,9 +70,9 @@ private:
     SharedMemory& m_memory;
     bool m_waits, m_keeps_all;
     Reporter& m_log;
-    std::unique_ptr<FrameSource> m_source; // null while it is being made anew
+    std::unique_ptr<FrameSource> m_source; // null while a new renderer is being opened
     std::future<OpenedService> m_opening;
-    std::map<uint64_t, Open> m_open; // key: last pose of a frame
+    std::map<uint64_t, Open> m_open; // key: number of a frame's last pose
     std::optional<DrawnViews> m_newest;
     int m_tries = 0;
     uint64_t m_renewals = 0;

@@ -22,7 +22,7 @@ namespace gsc {
 
 namespace {
 
-constexpr double kExitSeconds = 2; // time that a runtime gets to end an interrupted session
+constexpr double kExitSeconds = 2; // time that the runtime gets to end an interrupted session
 
 std::unique_ptr<Headset> openHeadset(const XrOptions& options)
 {
@@ -40,7 +40,7 @@ std::unique_ptr<Headset> openHeadset(const XrOptions& options)
 #endif
 }
 
-// Nobody wants to hear at the end that a file cannot be written, or lose one to another.
+// Throws before the session begins if an output file cannot be written, or is named twice.
 void checkFiles(const XrOptions& options)
 {
     checkJsonLines(options.log, options.play.output.overwrite, options.play.model.file, options.play.cameras.file);
@@ -52,15 +52,16 @@ void checkFiles(const XrOptions& options)
     checkOutputsDiffer({outputs, options.log.empty() ? 1u : 2u}, {});
 }
 
-// True where another way of showing the model does not have the error.
+// Returns true if the headset causes the error, so that a window could still show the model.
 bool isOfHeadset(const Error& e)
 {
     return (e.code() == ErrorCode::Device || e.code() == ErrorCode::Unsupported) &&
            (e.subject() == "headset" || e.subject() == "display");
 }
 
-// While it lives, the thread that made it goes before ordinary ones, such as those that draw, where the user may ask for
-// that (`ulimit -r`, CAP_SYS_NICE) and has asked for no other scheduling. Threads that it starts are ordinary.
+// While this object lives, its thread runs before ordinary threads, such as those that draw. This needs the user's
+// permission (`ulimit -r`, CAP_SYS_NICE), and the user must have asked for no other scheduling. Threads started by it
+// are ordinary.
 class RealTime {
 public:
     explicit RealTime(Reporter& log)
@@ -86,7 +87,7 @@ private:
     bool m_taken = false;
 };
 
-// Until the session is over, or does not end though it was interrupted.
+// Runs the session until it is over, or until it does not end in time after an interrupt.
 void play(XrSession& session)
 {
     std::optional<std::chrono::steady_clock::time_point> since;
@@ -110,7 +111,7 @@ OrderedJson spreadJson(const Spread& spread)
             {"max", spread.max}};
 }
 
-// Share of each view's pixels that is not drawn.
+// Describes the share of each view's pixels that is not drawn.
 std::string maskText(const HeadsetFacts& facts)
 {
     if (!facts.tells_mask)
@@ -175,7 +176,7 @@ HeadsetFacts headsetFacts(const XrOptions& options, Reporter& log)
         return facts;
     ViewLenses lenses(*headset, log);
     std::vector<SpaceEye> eyes;
-    try { // there is no frame to ask for: a runtime may not know where eyes are
+    try { // outside of a frame a runtime may not know where the eyes are
         if (const int64_t time = headset->now(); time > 0 && headset->locate(time, eyes))
             lenses.follow(eyes);
     } catch (const Error& e) {

@@ -7,7 +7,7 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kAges = 8; // ages of 0 to 7 refreshes are counted one by one
+constexpr size_t kAges = 8; // number of ages counted one by one: 0 to 7 refreshes
 
 } // namespace
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Log of a headset's frames: a line per frame in a file, and sums over the session.
+// Log of a headset's frames: writes a line for each frame to a file, and keeps sums over the session.
 #pragma once
 
 #include "runtime/cli/json_lines.h"
@@ -9,10 +9,11 @@ namespace gsc {
 
 class XrLog {
 public:
-    XrLog(const std::string& path, bool overwrite) : m_file(path, overwrite) {} // throws as JsonLines
+    // opens the log file; throws as JsonLines does
+    XrLog(const std::string& path, bool overwrite) : m_file(path, overwrite) {}
 
     void add(const XrFrame& frame);  // writes the line at once. Throws Error(Io)
-    void close() { m_file.close(); } // later frames count in the sums only
+    void close() { m_file.close(); } // ends the file; later frames count in the sums only
     void sumUp(XrSummary& summary) const;
 
 private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Session of a headset that the player draws for: takes frame after frame, and ends each at once with the newest finished
-// picture and the pose it was drawn for.
+// Session of a headset that the player draws for: begins frame after frame, and ends each at once with the newest
+// finished picture and the pose that it was drawn for.
 #pragma once
 
 #include "player/frames/shots.h"
@@ -25,21 +25,22 @@ public:
     XrSession(const XrSession&) = delete;
     XrSession& operator=(const XrSession&) = delete;
 
-    bool step();                   // false: the session is over. Throws Error
-    void requestExit();            // asks the runtime to end the session soon
-    XrSummary finish();            // throws Error(Io) where the place cannot be stored
-    std::string keepPlace() const; // returns the file's path. Throws Error(Io)
+    bool step();        // takes one turn; returns false if the session is over. Throws Error
+    void requestExit(); // asks the runtime to end the session soon
+    XrSummary finish(); // ends the session and returns its numbers; throws Error(Io) if the place cannot be stored
+    std::string keepPlace() const; // writes the place file and returns its path. Throws Error(Io)
 
 private:
     using Clock = std::chrono::steady_clock;
-    static constexpr double kEyeHeight = 1.6; // metres, of a standing viewer
+    static constexpr double kEyeHeight = 1.6; // eyes of a standing viewer, metres above the floor
 
     void frame();
     void move(const HeadsetFrame& frame, const HeadsetInput& input);
     void ask(const HeadsetFrame& frame, XrFrame& line);
     void take(XrFrame& line);
-    void forgetPictures(); // drops pictures, drawn or being drawn, that show another place or are old
-    [[nodiscard]] double eyeHeight() const { return m_options.stage ? kEyeHeight : 0; } // above the space's origin
+    void forgetPictures(); // drops pictures, finished or not, that show another place or are too old
+    // height of the first camera's eyes above the space's origin, metres
+    [[nodiscard]] double eyeHeight() const { return m_options.stage ? kEyeHeight : 0; }
     [[nodiscard]] Placement startPlace() const;
 
     XrOptions m_options;
@@ -54,20 +55,20 @@ private:
     std::optional<Ride> m_ride;
     std::optional<FrameGuard> m_guard;
     FrameOptions m_frame_options;
-    std::shared_ptr<LateEyes> m_late; // shared with pictures being drawn; null: --xr-late was not asked for
+    std::shared_ptr<LateEyes> m_late; // shared with pictures that are being drawn; null: --xr-late was not given
     ViewLenses m_lenses;
     std::unique_ptr<XrLog> m_log;
-    ViewSource m_source;            // declared late: its destructor waits for the GPU
-    std::deque<DrawnViews> m_shown; // newest last; the GPU may still read the one before
+    ViewSource m_source;            // renders the views; declared late, because its destructor waits for the GPU
+    std::deque<DrawnViews> m_shown; // pictures of frames, the newest last; the GPU may still read the one before
 
     Clock::time_point m_start = Clock::now();
-    std::vector<SpaceEye> m_eyes; // eyes as located last
+    std::vector<SpaceEye> m_eyes; // eyes of the views, as located last
     uint64_t m_frame = 0;
-    int64_t m_first_time = 0, m_last_time = 0; // display times
-    double m_lag = 1;                          // refreshes from a pose to its picture, running mean
+    int64_t m_first_time = 0, m_last_time = 0; // display times of the first and the last frame
+    double m_lag = 1; // running mean of the refreshes from locating the eyes to showing their picture
     bool m_exits = false, m_moved = true;
-    bool m_stale = true;       // no picture drawn before may be shown
-    uint64_t m_valid_from = 1; // pictures of eyes located before this frame are not shown
+    bool m_stale = true;       // no picture drawn so far may be shown
+    uint64_t m_valid_from = 1; // pictures are shown only if their eyes were located in this frame or later
 };
 
 } // namespace gsc

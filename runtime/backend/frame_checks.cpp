@@ -34,7 +34,7 @@ void checkModel(const ModelView& model)
 
 void checkSize(uint32_t width, uint32_t height)
 {
-    constexpr uint32_t kMaxPixels = 65535; // pixel boxes of splats are 16-bit
+    constexpr uint32_t kMaxPixels = 65535; // the kernels hold the pixel boxes of splats in 16 bits
     if (width < 1 || height < 1 || width > kMaxPixels || height > kMaxPixels)
         throw Error(ErrorCode::Usage, "frame", formatString("image of %u x %u pixels", width, height),
                     formatString("1 to %u each way", kMaxPixels), "choose another size");
@@ -100,7 +100,7 @@ void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t 
     const ModelParams& params = *model.params;
     if (eye_count < 1 || eye_count > kMaxEyes)
         throw Error(ErrorCode::Usage, "frame", formatString("%u eyes", eye_count), "1 or 2", "draw one or both");
-    // written so that a NaN fails
+    // the comparison is written so that a NaN fails, too
     if (!(options.lod_fade >= 0 && options.lod_fade <= 1) ||
         !(options.lod_hysteresis >= 0 && options.lod_hysteresis <= 1))
         throw Error(

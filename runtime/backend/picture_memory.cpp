@@ -9,7 +9,7 @@ namespace gsc {
 
 namespace {
 
-// Limits of the spare blocks that a pool keeps: most blocks; bytes of all, where there are more than the first few.
+// Limits of the spare blocks that a pool keeps: their number; and their bytes, if there are more than kFewSpare.
 constexpr size_t kMostSpare = 32, kFewSpare = 4, kSpareBytes = size_t(512) << 20;
 constexpr std::align_val_t kPage{4096};
 
@@ -60,7 +60,7 @@ std::shared_ptr<std::byte> BlockPool::take(size_t bytes)
     return {block, [pool = shared_from_this(), bytes](std::byte* given) { pool->giveBack(given, bytes); }};
 }
 
-// If too many blocks are spare, one of another size goes first.
+// Keeps a block for later. If there are too many spare blocks, blocks of another size are freed first.
 void BlockPool::giveBack(std::byte* block, size_t bytes)
 {
     std::vector<std::byte*> dropped;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory that pictures are delivered in, and how workers bring theirs there.
+// Memory that pictures are delivered in, and the ways by which workers deliver them.
 #pragma once
 
 #include <gsc/renderer.h>
@@ -10,49 +10,50 @@
 
 namespace gsc {
 
-// A source of memory for pictures. May be used from any thread; memory that take() gave returns when its last user
-// drops it, and may outlive this.
+// A source of memory for pictures. May be used from any thread. Memory of take() returns here when its last user drops
+// it, and may outlive this object.
 class PictureMemory {
 public:
     virtual ~PictureMemory() = default;
 
-    [[nodiscard]] virtual FrameTarget::Kind kind() const = 0; // kind of targets in it: Host or Device
+    [[nodiscard]] virtual FrameTarget::Kind kind() const = 0; // kind of target that the memory makes: Host or Device
 
-    // At least `bytes`; content undefined. Throws Error (OutOfMemory, Device).
+    // Returns at least `bytes` of memory with undefined content. Throws Error (OutOfMemory, Device).
     virtual std::shared_ptr<std::byte> take(size_t bytes) = 0;
 
-    // True if this renderer can draw into the memory itself.
+    // Returns true if this renderer can draw into the memory itself.
     [[nodiscard]] virtual bool takesFrom(const Renderer& renderer) const = 0;
 
-    // True if its device is lost: all its memory is then useless, and none of it is freed.
+    // Returns true if the device of this memory is lost: all of the memory is then useless, and none of it is freed.
     virtual bool lost() { return false; }
 };
 
-// Rows of bytes, in memory of a picture.
+// A rectangle of pixels in a picture's memory, as rows of bytes.
 struct PicturePart {
-    size_t offset = 0, pitch = 0; // offset of the first row; bytes from row to row
-    size_t bytes = 0, rows = 0;   // bytes of a row; rows
+    size_t offset = 0, pitch = 0; // offset of the first row, and distance from one row to the next, in bytes
+    size_t bytes = 0, rows = 0;   // bytes of pixels in each row; number of rows
 };
 
-// A worker's way of delivering pictures into memory that its renderer cannot draw into. Used from the worker's thread.
+// Delivers a worker's pictures into memory that the worker's renderer cannot draw into. Used from the worker's thread.
 class PictureBridge {
 public:
     virtual ~PictureBridge() = default;
 
-    // Memory of `bytes` bytes that the renderer can draw into, in `slot`, which nothing else uses until finish().
-    // Throws as take().
+    // Returns memory of `bytes` bytes that the renderer can draw into. Nothing else uses memory of the same `slot`
+    // until finish(). Throws as PictureMemory::take() does.
     virtual FrameTarget buffer(uint32_t slot, size_t bytes) = 0;
 
-    // Begins to copy a part of the buffer to the same place of the picture. Throws Error(Device), as finish() does.
+    // Begins to copy a part of the buffer of `slot` to the same place in `picture`. Throws Error(Device), as finish()
+    // does.
     virtual void land(uint32_t slot, std::byte* picture, const PicturePart& part) = 0;
-    virtual void finish() = 0; // waits until all are there
+    virtual void finish() = 0; // waits until all copies have ended
 };
 
-// Whole pages of this process; `place` is ignored. Throws Error(OutOfMemory).
+// Allocates whole pages of this process's memory; `place` is ignored. Throws Error(OutOfMemory).
 std::byte* allocatePages(size_t bytes, int place);
 void freePages(std::byte* block, int place);
 
-// Recycles blocks of memory by their size.
+// Keeps freed blocks of memory by their size, to use them again.
 class BlockPool : public std::enable_shared_from_this<BlockPool> {
 public:
     using Allocate = std::byte* (*)(size_t bytes, int place);
@@ -64,7 +65,7 @@ public:
     BlockPool& operator=(const BlockPool&) = delete;
 
     std::shared_ptr<std::byte> take(size_t bytes);
-    void forget(); // a reset has freed all blocks, and others may lie there now
+    void forget(); // call after a reset of the device: it has freed all blocks, and other memory may lie there now
 
 private:
     void giveBack(std::byte* block, size_t bytes);
@@ -74,7 +75,7 @@ private:
     int m_place;
     std::mutex m_mutex; // guards the members below
     bool m_forgotten = false;
-    std::multimap<size_t, std::byte*> m_spare; // key: bytes
+    std::multimap<size_t, std::byte*> m_spare; // spare blocks, sorted by their size in bytes
     size_t m_spare_bytes = 0;
 };
 

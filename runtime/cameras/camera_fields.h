@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads fields of JSON that several camera formats share: lens and pose; notes unread keys, and each kind of assumption
-// with one sentence.
+// Reads JSON fields that several camera formats share (lens and pose). Collects warnings of unread keys and of
+// assumptions, one sentence for each kind.
 #pragma once
 
 #include "runtime/cameras/camera_reading.h"
@@ -20,16 +20,17 @@
 
 namespace gsc {
 
-// Assumptions made while a file was read, one sentence for each kind however many frames it concerns.
+// Collects assumptions that are made while a file is read. Each kind becomes one sentence, however many frames it
+// concerns.
 class CameraNotes {
 public:
     explicit CameraNotes(std::string file) : m_file(std::move(file)) {}
 
-    // Keeps the text for the first object of each `kind`, and counts the objects. `where`: name of the object.
+    // Keeps `text` for the first object of each `kind`, and counts the objects. `where` names the object.
     void add(const std::string& kind, const std::string& where, const std::string& text);
-    // The keys of `object` that are not in `known` are named together.
+    // Notes the keys of `object` that are not in `known`; one sentence names them all.
     void addUnread(const JsonObject& object, std::span<const char* const> known);
-    // After the last object: one sentence each, none where nothing was assumed.
+    // Returns one sentence for each kind, none if nothing was assumed. Call it after the last object.
     [[nodiscard]] std::vector<std::string> sentences() const;
 
 private:
@@ -43,34 +44,36 @@ private:
     std::set<std::string> m_unread;
 };
 
-// The keys of a frame, which stand for those of the whole file where the frame lacks them.
+// The object of a frame and that of the whole file; a key that the frame lacks is looked for in the file.
 struct LensKeys {
     const JsonObject& frame;
-    const JsonObject* file = nullptr; // null: the frame stands alone
-    CameraNotes* notes = nullptr;     // takes keys that frame and file have with different values
+    const JsonObject* file = nullptr; // null: the frame has no such file
+    CameraNotes* notes = nullptr;     // notes keys whose values differ between frame and file; may be null
 
-    // Finds the object that has `key`: the frame, else the file; null if neither has. Without `null_counts` a value of
-    // null counts as missing.
+    // Returns the object that has `key`: the frame, else the file; null if neither has. `null_counts`: a key with the
+    // value null counts as present.
     [[nodiscard]] const JsonObject* holder(const char* key, bool null_counts = true) const;
 };
 
-// Keys that DistortionCheck reads; coefficients are those of the lenses of OpenCV, COLMAP and nerfstudio.
+// Keys that DistortionCheck reads; kCoefficients are those of the lenses of OpenCV, COLMAP and nerfstudio.
 constexpr const char* kProjectionKeys[] = {"camera_model",    "is_fisheye",   "latlong",
                                            "equirectangular", "orthographic", "distortion_params"};
 constexpr const char* kCoefficients[] = {
     "k0", "k1", "k2", "k3", "k4",  "k5",  "k6",    "p0",        "p1",        "p2",        "p3",        "p4",       "s0",
     "s1", "s2", "s3", "s4", "sx1", "sy1", "omega", "ftheta_p0", "ftheta_p1", "ftheta_p2", "ftheta_p3", "ftheta_p4"};
 
-// Finds a lens that no pinhole can show: a coefficient such as k1 or p2 that is not 0, another camera model, a fisheye
-// lens.
+// Finds lenses that a pinhole camera cannot show: a coefficient such as k1 or p2 that is not 0, another camera model,
+// or a fisheye lens.
 class DistortionCheck {
 public:
-    // Tells `how` in one sentence for the file where such lenses are ignored; otherwise they are refused.
+    // If `how` says that such lenses are ignored, finish() warns in one sentence for the whole file; otherwise they
+    // are refused.
     DistortionCheck(std::string file, const CameraReading& how);
 
-    // Throws Error(Unsupported) for a lens that is not ignored or has no pinhole (a panorama), Error(InvalidFile) for a key of the wrong type.
+    // Checks a lens. Throws Error(Unsupported) if it cannot be ignored, or is not to be ignored; Error(InvalidFile)
+    // for a key of the wrong type.
     void add(const LensKeys& lens);
-    // After the last camera.
+    // Warns of ignored lenses; call it after the last camera.
     void finish();
 
 private:
@@ -81,35 +84,37 @@ private:
     size_t m_cameras = 0, m_distorted = 0;
 };
 
-// Pixels from where the axis meets the image (cx, cy) to the middle of `width` x `height`, right and down; 0 for a
-// missing key. Throws Error(InvalidFile), also if cx or cy is there and the size is not (0).
+// Reads where the axis meets the image (cx, cy). Returns the distance from there to the middle of `width` x `height`,
+// in pixels right and down; 0 for a missing key. Throws Error(InvalidFile), also if cx or cy is stated but the size is
+// not known (0).
 struct MiddleOffset {
     double x = 0, y = 0;
 };
 MiddleOffset readMiddleOffset(const LensKeys& lens, uint32_t width, uint32_t height);
 
-constexpr double kRotationTolerance = 1e-3; // files with six printed digits pass, scaled or sheared matrices do not
+constexpr double kRotationTolerance = 1e-3; // files printed with six digits pass, scaled or sheared matrices do not
 
-// Largest deviation of m^T m from `scale2` times the identity.
+// Largest deviation of an entry of m^T m from `scale2` times the identity.
 double orthogonalityError(const glm::dmat3& m, double scale2);
 
-// A focal length in pixels; outside its bounds the tangents of the view leave fp32.
+// Reads a focal length in pixels. It has bounds, beyond which the tangents of the angle of view do not fit fp32.
 double readFocal(const JsonObject& object, const char* key);
-double readAngle(const JsonObject& object, const char* key);   // radians
-double readDegrees(const JsonObject& object, const char* key); // the file's; returns radians
-// An orthonormal, right-handed matrix of 3 rows, row-major; `what`: its name in messages.
+double readAngle(const JsonObject& object, const char* key);   // reads an angle in radians
+double readDegrees(const JsonObject& object, const char* key); // reads an angle in degrees; returns radians
+// Reads an orthonormal, right-handed matrix of 3 rows into `out`, row by row. `what` names the matrix in messages.
 void readRotation(const JsonObject& object, double out[9], const char* what = "camera-to-world");
 
-// Tells `notes` of a lens that is possible and seldom meant: an axis outside the image, an angle close to a half turn.
+// Adds a note for a lens that is possible but seldom meant: the axis lies outside the image, or the angle of view is
+// close to 180 degrees.
 void noteUnusual(const Camera& camera, const std::string& where, CameraNotes& notes);
 
-// Findings in the cameras of a file beside their poses.
+// Distortion and notes found in the cameras of a file.
 struct CameraFindings {
     DistortionCheck distortion;
     CameraNotes notes;
 
     CameraFindings(const std::string& file, const CameraReading& how) : distortion(file, how), notes(file) {}
-    // After the last camera.
+    // Adds the warnings to `how`; call it after the last camera.
     void tell(const CameraReading& how)
     {
         distortion.finish();
@@ -118,8 +123,8 @@ struct CameraFindings {
     }
 };
 
-// Collects the results of `read` for each object of an array; `what`: their name in messages. `root`, if given, is the
-// object that holds the array; unknown keys of both, not in `known`, are noted.
+// Reads each object of an array as a camera, by `read`. `what` names the objects in messages. `root`, if not null, is
+// the object that holds the array. Keys of both that are not in `known` are noted.
 struct ArrayOfCameras {
     const ParsedJson& array;
     const std::string& file;
@@ -145,7 +150,7 @@ auto readEach(const ArrayOfCameras& from, const CameraReading& how, const Read& 
     return cameras;
 }
 
-// The keys of several lists, one list behind the other.
+// Joins several lists of keys.
 template <size_t... N>
 constexpr auto joinKeys(const char* const (&... lists)[N])
 {

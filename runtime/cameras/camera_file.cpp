@@ -19,7 +19,7 @@ namespace {
 
 constexpr uint64_t kMaxFileBytes = uint64_t(1) << 30;
 
-// Ends the warning where CamerasTransform::Undo is asked of such a file.
+// End of a warning if CamerasTransform::Undo is asked of a file without a transform.
 constexpr const char* kNothingToUndo =
     ": is of a kind that states no \"applied_transform\" to undo; its poses are taken as they stand";
 
@@ -82,7 +82,8 @@ std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eye
                 ErrorCode::InvalidFile, files.name,
                 formatString("is %s and no JSON", text.compare(0, 4, "\x89GSC") == 0 ? "a model" : "something else"),
                 "a camera file that starts with [ or {", "pass a cameras.json, a transforms.json or a trajectory");
-        if (text[first] == '[') // a trainer leaves its settings beside its cameras
+        // a file that starts with [ is a cameras.json, beside which a trainer leaves its settings
+        if (text[first] == '[')
             warnOfSettingsBeside(files.name, how);
         std::ranges::move(parseCameraFile(text, files.name, eyes, how), std::back_inserter(cameras));
     }

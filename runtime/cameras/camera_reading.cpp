@@ -11,7 +11,8 @@ namespace gsc {
 
 void translationFromPosition(const double rotation[9], const double position[3], double out[3])
 {
-    const glm::dvec3 translation = -(glm::make_mat3(rotation) * glm::make_vec3(position)); // rows read as columns
+    // make_mat3() reads the row-major matrix column by column, which gives the transpose
+    const glm::dvec3 translation = -(glm::make_mat3(rotation) * glm::make_vec3(position));
     std::copy_n(glm::value_ptr(translation), 3, out);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choices for reading a camera file, the same in every command, and helpers of all readers.
+// Choices for reading a camera file, the same in every command, and functions that all readers of cameras use.
 #pragma once
 
 #include <gsc/camera.h>
@@ -11,17 +11,18 @@
 
 namespace gsc {
 
-// Treatment of a file whose poses were moved (nerfstudio's applied_transform and applied_scale).
+// Treatment of poses that nerfstudio moved (its applied_transform and applied_scale).
 enum class CamerasTransform : uint8_t {
-    Told, // poses stay as they stand, with a warning
-    Keep, // poses stay as they stand, without a warning, since that was asked for
-    Undo  // poses are moved back
+    Told, // poses stay as the file states them, with a warning
+    Keep, // poses stay as the file states them, without a warning, because the user asked for that
+    Undo  // poses are moved back to where they were
 };
 
 struct CameraReading {
-    bool ignore_distortion = false; // a lens that distorts is taken as a pinhole, with a warning, instead of refused
+    // true: a lens with distortion is read as a pinhole, with a warning; false: it is refused
+    bool ignore_distortion = false;
     CamerasTransform transform = CamerasTransform::Told;
-    std::vector<std::string>* warnings = nullptr; // takes a sentence for each thing assumed; null: none are kept
+    std::vector<std::string>* warnings = nullptr; // receives a sentence for each assumption; null: warnings are dropped
 
     void warn(std::string text) const
     {
@@ -30,24 +31,24 @@ struct CameraReading {
     }
 };
 
-// Statements of a trajectory beside its frames. With views, a frame is the pose of the head.
+// Statements of a trajectory beside its frames. If it states views, each frame is the pose of the head.
 struct TrajectoryFacts {
-    std::string name;           // empty = not stated
-    double ipd = 0;             // world units, 0 = not stated
-    std::vector<EyeView> views; // left eye first; empty = not stated
-    bool is_path = false;       // frames follow each other, as those of photographs need not
+    std::string name;           // name of the trajectory; empty = not stated
+    double ipd = 0;             // distance of the eyes in world units, 0 = not stated
+    std::vector<EyeView> views; // view of each eye, left eye first; empty = not stated
+    bool is_path = false;       // successive frames lie near each other; those of photographs need not
 };
 
-// t = -R^T p: Camera::translation of a camera at p (world) with Camera::rotation R. Everything that knows a position goes
-// through here, so that the same position gives the same bits.
+// Computes Camera::translation, -R^T p, of a camera at position p in the world with Camera::rotation R. All code that
+// knows a position uses this function, so that equal positions give equal bits.
 void translationFromPosition(const double rotation[9], const double position[3], double out[3]);
 
-// The whole angle, radians, that a number of pixels spans at a focal length in pixels.
+// Angle of view in radians, from side to side, of `pixels` pixels at a focal length in pixels.
 double angleOf(double pixels, double focal);
-// Moves the image so that its middle lies these shares of its sides right and down of the axis. Precondition: the
-// camera's angles are known.
+// Moves the image off the axis: its middle then lies `share_x` of its width to the right and `share_y` of its height
+// below the axis. Precondition: the camera's angles are known.
 void setMiddle(Camera& camera, double share_x, double share_y);
-// The file's name without folders, cut at the first dot, as upstream names images.
+// Returns the file's name without folders, cut at the first dot, as the trainers name images.
 std::string imageName(const std::string& path);
 
 } // namespace gsc

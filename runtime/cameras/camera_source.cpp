@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-using Choice = std::vector<CameraFiles>; // read together
+using Choice = std::vector<CameraFiles>; // one choice: files that are read together
 
 bool isFile(const fs::path& path)
 {
@@ -21,7 +21,7 @@ bool isFile(const fs::path& path)
     return fs::is_regular_file(path, none);
 }
 
-// The model whose files lie in `folder`; none without images.
+// Returns the COLMAP model whose files lie in `folder`; none if the model has no images.
 std::optional<CameraFiles> modelIn(const fs::path& folder)
 {
     const bool images_bin = isFile(folder / "images.bin"), images_txt = isFile(folder / "images.txt");
@@ -35,7 +35,7 @@ std::optional<CameraFiles> modelIn(const fs::path& folder)
     return CameraFiles{folder.string(), form, folder};
 }
 
-// Models in `folder` and in its folders that are called 0, 1 and so on, as COLMAP's mapper leaves them.
+// Adds the COLMAP models in `folder` and in its folders named 0, 1 and so on, which COLMAP's mapper makes.
 void addModels(const fs::path& folder, Choice& models)
 {
     std::error_code none;
@@ -50,14 +50,14 @@ void addModels(const fs::path& folder, Choice& models)
     models.insert(models.end(), numbered.begin(), numbered.end());
 }
 
-// Everything in `folder` that there is to choose from, the first to be taken.
+// Returns the camera files in `folder` that could be read; the first is the one to read.
 std::vector<Choice> choicesIn(const fs::path& folder)
 {
     Choice models;
     addModels(folder / "sparse", models);
     addModels(folder / "colmap" / "sparse", models);
     addModels(folder, models);
-    // the trainers take that one, whatever lies beside it
+    // the trainers read sparse/0, whatever lies beside it
     std::stable_partition(models.begin(), models.end(),
                           [&](const auto& model) { return model.folder == folder / "sparse" / "0"; });
     std::vector<Choice> choices;

@@ -14,16 +14,17 @@ namespace gsc {
 enum class CameraForm : uint8_t { Json, ModelInText, ModelInBinary, ModelInBoth };
 
 struct CameraFiles {
-    std::string name; // their path, as messages name it
+    std::string name; // path of the file or model, as messages name it
     CameraForm form = CameraForm::Json;
-    std::filesystem::path folder; // folder of the file or of a COLMAP model
+    std::filesystem::path folder; // folder that holds the file, or the files of a COLMAP model
 };
 
-// Camera files at `path`. A file is taken itself, whether it is there or not; one of a COLMAP model's four files stands
-// for the model in that form. A folder gives the model in it; else the first of: sparse/0 or another COLMAP model below
-// it, transforms_test.json with transforms_train.json, transforms.json, transforms_val.json, cameras.json of a trained
-// model. `how` is told which one is taken where there are several. Several files are read one after the other as one
-// list. Throws Error(Io) that says what is missing where `path` is a folder that holds no cameras.
+// Finds the camera files that `path` stands for. A file stands for itself, even if it does not exist; one of a COLMAP
+// model's four files stands for the model in the same form (binary or text). A folder stands for the COLMAP model in
+// it; else for the first of: sparse/0 or another COLMAP model below it, transforms_test.json with
+// transforms_train.json, transforms.json, transforms_val.json, cameras.json of a trained model. If there are several,
+// a warning in `how` says which one is taken. Several files are read one after the other as one list. Throws
+// Error(Io), naming what is missing, if `path` is a folder without cameras.
 std::vector<CameraFiles> findCameras(const std::string& path, const CameraReading& how);
 
 } // namespace gsc

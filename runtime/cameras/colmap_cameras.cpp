@@ -17,12 +17,14 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kMaxModelBytes = uint64_t(8) << 30; // images.bin also lists the points of every image
+// limit of a file's size; images.bin also lists the points of every image
+constexpr uint64_t kMaxModelBytes = uint64_t(8) << 30;
 constexpr std::string_view kBlank = " \t\r\v\f";
-constexpr size_t kSurelyPoints = 60;  // words of such triples, the rest of whose line is not looked at
-constexpr double kSquareError = 0.02; // largest error of a quaternion's squared length
+// a line that begins with as many words of x, y, point is a line of points; the rest is not looked at
+constexpr size_t kSurelyPoints = 60;
+constexpr double kSquareError = 0.02; // largest difference between a quaternion's squared length and 1
 
-// Little-endian values one after the other.
+// Reads little-endian values from bytes, one after the other.
 class Bytes {
 public:
     Bytes(std::string_view data, const ColmapModel& model) : m_data(data), m_model(model) {}
@@ -43,7 +45,7 @@ public:
         m_data.remove_prefix(end + 1);
         return name;
     }
-    // `count` records of `each` bytes.
+    // Skips `count` records of `each` bytes.
     void skip(uint64_t count, size_t each)
     {
         if (count > m_data.size() / each)
@@ -81,7 +83,8 @@ void parseColmapBinary(std::string_view cameras, std::string_view images, Colmap
         if (number < 0)
             model.fail(formatString("camera %d of model %d", id, number),
                        formatString("a model from 0 to %zu", lensModels().size() - 1));
-        if (size_t(number) >= lensModels().size()) // how many values follow is not known, so nothing behind it is
+        // the number of values of an unknown lens model is not known, so the file cannot be read beyond it
+        if (size_t(number) >= lensModels().size())
             model.refuseUnknown(formatString("camera %d", id), std::to_string(number));
         ColmapLens lens;
         lens.model = &lensModels()[size_t(number)];
@@ -108,7 +111,7 @@ void parseColmapBinary(std::string_view cameras, std::string_view images, Colmap
     poses.warnOfRest("images.bin");
 }
 
-// cameras.txt and images.txt, as COLMAP writes them and as others do.
+// The functions below read cameras.txt and images.txt, as COLMAP and other programs write them.
 
 std::string_view trimmed(std::string_view text)
 {
@@ -117,8 +120,8 @@ std::string_view trimmed(std::string_view text)
                                            : text.substr(first, text.find_last_not_of(kBlank) - first + 1);
 }
 
-// The lines of a text that starts with a byte order mark or does not; ended by LF, CR LF or CR alone. Several CR before LF
-// are one end, as a program leaves them that turned LF into CR LF once more.
+// Splits a text into lines that end in LF, CR LF or CR; a byte order mark at the start is skipped. Several CR before
+// an LF are one end of line: some programs turn CR LF into CR CR LF.
 class TextLines {
 public:
     explicit TextLines(std::string_view text) : m_rest(text.starts_with("\xef\xbb\xbf") ? text.substr(3) : text) {}
@@ -139,7 +142,7 @@ private:
     std::string_view m_rest;
 };
 
-// Takes the first word off `line`; empty at its end.
+// Removes the first word from `line` and returns it; empty if there is none.
 std::string_view takeWord(std::string_view& line)
 {
     const size_t end = std::min(line.find_first_of(kBlank), line.size());
@@ -166,7 +169,7 @@ std::string start(std::string_view line)
     return "\"" + std::string(line.substr(0, 40)) + "\"";
 }
 
-// N of "# Number of images: N, ...".
+// Returns N of a comment "# Number of images: N, ..." if `of` is "images"; none if the comment is not of this form.
 std::optional<uint64_t> statedCount(std::string_view comment, std::string_view of)
 {
     const std::string label = "Number of " + std::string(of) + ":";
@@ -209,7 +212,8 @@ void parseLens(std::string_view line, ColmapModel& model)
     model.addLens(id, lens);
 }
 
-// A line of points: x, y and the whole number of the point in space, -1 for none, as often as there are points.
+// Returns true if the line consists of triples of x, y, and the number of the 3D point (-1 = none), one for each point
+// of an image.
 bool isPoints(std::string_view line)
 {
     size_t words = 0;
@@ -220,8 +224,8 @@ bool isPoints(std::string_view line)
     return words % 3 == 0;
 }
 
-// True if `line` may be an image's, even one without a name: it has a unit quaternion and an existing camera where an
-// image has them.
+// Returns true if `line` may describe an image, even one without a name: a unit quaternion and the number of a camera
+// that exists stand where they must.
 bool mayBeImage(std::string_view line, const ColmapModel& model)
 {
     int64_t number = 0;
@@ -250,7 +254,8 @@ void parseImage(std::string_view line, ColmapModel& model)
     model.addPose(pose);
 }
 
-// note: COLMAP takes every second line for points whatever it holds; others leave these lines out, of all images or of some.
+// note: COLMAP takes every second line for points, whatever it holds; other programs leave out the lines of points, of
+// all images or of some
 void parseImages(std::string_view text, ColmapModel& model)
 {
     TextLines lines(text);
@@ -311,7 +316,7 @@ std::vector<Camera> readForm(const CameraFiles& files, bool binary, const Camera
     return parseColmapCameras(read("cameras"), read("images"), binary, files.name, how);
 }
 
-// To the digits that a text file may have been printed with.
+// Returns true if the cameras are equal to within the digits that a text file may have.
 bool sameCameras(const std::vector<Camera>& a, const std::vector<Camera>& b)
 {
     const auto near = [](double x, double y) { return std::abs(x - y) <= 1e-4 * std::max(1.0, std::abs(x)); };
@@ -323,7 +328,7 @@ bool sameCameras(const std::vector<Camera>& a, const std::vector<Camera>& b)
     });
 }
 
-// A folder may hold the model in both forms, one of them from before it was changed.
+// Warns if the text files of a model differ from the binary ones: one form may be older than the other.
 void compareForms(const CameraFiles& files, const std::vector<Camera>& binary, const CameraReading& how)
 {
     CameraReading quiet = how;

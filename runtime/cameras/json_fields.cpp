@@ -10,13 +10,13 @@ namespace gsc {
 
 namespace {
 
-constexpr int kMaxDepth = 64;     // the deepest file we read nests four levels
+constexpr int kMaxDepth = 64;     // deepest nesting of JSON; files that we read need four levels
 constexpr double kMaxSize = 1e15; // largest coordinate: its square still fits a float
-// Stands for NaN and the infinities: no null, which may mean that a key is not there.
+// Replaces NaN and the infinities in a text. null would not do: it may mean that a key is missing.
 constexpr std::string_view kNotFiniteText = "1e308";
 constexpr double kNotFinite = 1e308;
 
-// Copy of `text` with bare NaN, Infinity and -Infinity replaced by kNotFinite.
+// Returns `text` with bare NaN, Infinity and -Infinity replaced by kNotFiniteText.
 std::string withoutNonFinite(std::string_view text, const std::string& file, const char* expected)
 {
     std::string out;
@@ -53,8 +53,8 @@ std::string withoutNonFinite(std::string_view text, const std::string& file, con
     return out;
 }
 
-// Throws where an object has a key twice, of which a parser would keep the last without a word.
-// note: nlohmann's callback while parsing would tell the keys too, but looks at a whole array for every object in it
+// Throws if an object has a key twice, because a parser would silently keep the last one. note: nlohmann's callback
+// while parsing would tell the keys, too, but looks at a whole array for every object in it
 class RefusedRepeats final : public ParsedJson::json_sax_t {
 public:
     RefusedRepeats(const std::string& file, const char* expected) : m_file(file), m_expected(expected) {}
@@ -93,13 +93,13 @@ public:
 private:
     const std::string& m_file;
     const char* m_expected;
-    std::vector<std::set<std::string>> m_keys; // keys of the objects that are open
+    std::vector<std::set<std::string>> m_keys; // for each object that is not closed yet: the keys read so far
     size_t m_depth = 0;
 };
 
 bool isPlainNumber(const ParsedJson& value)
 {
-    return value.is_number() && std::abs(value.get<double>()) <= kMaxSize; // false for NaN
+    return value.is_number() && std::abs(value.get<double>()) <= kMaxSize; // also false for NaN
 }
 
 } // namespace
@@ -127,7 +127,8 @@ ParsedJson parseJson(std::string_view text, const std::string& file, const char*
         (void)ParsedJson::sax_parse(clean, &repeats);
         return parsed;
     } catch (const ParsedJson::exception& e) {
-        // note: nlohmann's text starts with its own tag, "[json.exception.parse_error.101] ", and may quote any bytes
+        // note: nlohmann's message begins with its own tag, "[json.exception.parse_error.101] ", and may quote any
+        // bytes
         const char* tag = std::strchr(e.what(), ']');
         std::string what = std::string(tag ? tag + 2 : e.what()).substr(0, 200);
         for (char& c : what)
@@ -206,7 +207,7 @@ double JsonObject::positive(const char* key) const
 
 int64_t JsonObject::integer(const char* key, int64_t smallest, int64_t largest) const
 {
-    // a float with no fraction passes: some exporters write 1920.0
+    // a float without a fraction is accepted: some exporters write 1920.0
     const double value = number(key);
     if (value != std::floor(value) || value < double(smallest) || value > double(largest))
         fail(key, shownJson(at(key)),

@@ -18,10 +18,11 @@ constexpr const char* kMetreSchema = "gsc.metre/1";
 
 bool isLength(double value)
 {
-    return value > 0 && value < kTooLong; // false for NaN
+    return value > 0 && value < kTooLong; // also false for NaN
 }
 
-// The rule is one sentence that programs print; C0, DEL and C1 (in UTF-8 from 0xc2 0x80 on) could break or steer a terminal.
+// Returns true if the text has control characters: C0, DEL or C1 (in UTF-8 from 0xc2 0x80 on). Programs print the rule
+// of a metre, and these could disturb a terminal.
 bool hasControl(const std::string& text)
 {
     for (size_t i = 0; i < text.size(); ++i) {
@@ -69,7 +70,7 @@ std::optional<Metre> metreOfManifest(std::string_view manifest)
 
 Metre parseMetreFile(std::string_view text, const std::string& path)
 {
-    // unlike the parser alone it refuses a key that is there twice
+    // parseJson() refuses a key that is there twice, which the library's parser does not
     const auto json = nlohmann::json::accept(text) ? parseJson(text, path, "a file of a metre") : ParsedJson();
     const auto refuse = [&](const char* found) {
         throw Error(ErrorCode::InvalidFile, path, found,

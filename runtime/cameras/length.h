@@ -8,30 +8,32 @@
 
 namespace gsc {
 
-constexpr double kEyesApart = 0.064; // metres, if not stated; `gsc sample paths` takes the same
+// distance of the eyes in metres if none is stated, the same as in `gsc sample paths`
+constexpr double kEyesApart = 0.064;
 
 enum class LengthUnit { World, Metre };
 
 struct Length {
-    double value = 0; // 0 = not given
+    double value = 0; // length in the unit `unit`; 0 = not given
     LengthUnit unit = LengthUnit::World;
 };
 
-// "0.065" is a length in world units of the model; "0.064m", "6.4cm" and "64mm" are 0.064 metres. Throws Error(Usage),
-// also for a length outside of 0 to 1e15; `option` is the name in its message.
+// Parses a length. "0.065" is in world units of the model; "0.064m", "6.4cm" and "64mm" are 0.064 metres. `option`
+// names the option in messages. Throws Error(Usage), also if the length is not above 0 and below 1e15.
 Length parseLength(const std::string& text, const char* option);
 
-// World units that stand for one metre of a viewer's body.
+// Number of world units in one metre of a viewer's body.
 struct Metre {
     double units = 0;
-    std::string rule; // how it was found, one sentence without a full stop
+    std::string rule; // how the number was found: one sentence without a full stop
 };
 
-// Reads the metre of the manifest (/model/metre), which `gsc convert` wrote; none in older files or if it is no length.
+// Reads the metre that `gsc convert` wrote into the manifest (/model/metre). None in older files, or if the value is
+// no length.
 std::optional<Metre> metreOfManifest(std::string_view manifest);
 
-// metre.json beside a checkpoint: the metre of a model whose scale is known (schemas/metre.schema.json). `path` is used in
-// messages. Throws Error(InvalidFile).
+// Name of the file beside a checkpoint that states the metre of the model (schemas/metre.schema.json). Its reader
+// names `path` in messages and throws Error(InvalidFile).
 constexpr const char* kMetreFile = "metre.json";
 Metre parseMetreFile(std::string_view text, const std::string& path);
 std::string metreFileText(const Metre& metre);

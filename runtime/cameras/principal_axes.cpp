@@ -8,7 +8,7 @@
 
 namespace gsc {
 
-// Jacobi rotations.
+// Computes the axes by Jacobi rotations.
 PrincipalAxes principalAxes(glm::dmat3 m)
 {
     glm::dmat3 v(1);
@@ -32,7 +32,7 @@ PrincipalAxes principalAxes(glm::dmat3 m)
     std::sort(order, order + 3, [&](int a, int b) { return m[a][a] > m[b][b]; });
     for (int i = 0; i < 3; ++i) {
         const glm::dvec3 axis = v[order[i]];
-        // a sign that does not depend on the path of the iteration
+        // the sign must not depend on the order of the rotations
         const double largest = std::max({axis.x, axis.y, axis.z}), smallest = std::min({axis.x, axis.y, axis.z});
         found.axes[i] = axis * (largest >= -smallest ? 1.0 : -1.0);
         found.values[i] = m[order[i]][order[i]];

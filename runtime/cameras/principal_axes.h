@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Along which directions points, or directions, vary most and least.
+// Finds the directions along which points, or directions, vary most and least.
 #pragma once
 
 #include <glm/mat3x3.hpp>
@@ -7,8 +7,8 @@
 
 namespace gsc {
 
-// Eigenvectors and eigenvalues of a symmetric matrix, the largest first. The signs do not depend on the path of the
-// iteration.
+// Eigenvectors and eigenvalues of a symmetric matrix, the largest first. The signs depend on the axes alone, not on
+// how they were computed.
 struct PrincipalAxes {
     glm::dvec3 axes[3];
     double values[3];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cameras that a command looks at a scene with: those stored in its file, or a camera file's.
+// Reads the cameras for a scene: those stored in the .gsc file, or those of a camera file.
 #pragma once
 
 #include "runtime/cameras/camera_reading.h"
@@ -12,17 +12,19 @@
 
 namespace gsc {
 
-// `cameras`: a camera file, or "stored" or empty. Sizes and angles are the cameras' own. With `facts` the cameras of a
-// file are returned as read, for the caller to finish (finishCamera()). Throws Error (Io, InvalidFile, Unsupported,
-// Usage).
+// Reads cameras. `cameras` is the path of a camera file; "stored" or empty stands for those in the .gsc file. The
+// cameras keep their sizes and angles. With `facts` the cameras of a file are returned as read, and the caller has to
+// finish them (finishCamera()). Throws Error (Io, InvalidFile, Unsupported, Usage).
 std::vector<Camera> sceneCameras(const Scene& scene, const std::string& cameras, const CameraReading& how,
                                  TrajectoryFacts* facts = nullptr);
 
-// The trainer's row of the embedding that the camera asks for if the file kept it, else the first it has; -1 without embedding.
+// Returns the row of the trainer's appearance embedding for a camera: the camera's own row if the file has it, else
+// the first row; -1 if there is no embedding.
 int appearanceFor(const Scene& scene, const Camera& camera);
-int appearanceOf(const std::vector<uint32_t>& rows, const Camera& camera); // `rows`: Scene::appearanceRows()
+// `rows` is the result of Scene::appearanceRows()
+int appearanceOf(const std::vector<uint32_t>& rows, const Camera& camera);
 
-// At most `most` cameras of a list, evenly spread.
+// Returns at most `most` cameras of a list, evenly spread over it.
 template <typename T>
 std::vector<T> takeEvenly(std::vector<T> all, size_t most)
 {

@@ -17,7 +17,7 @@ constexpr auto kTrajectoryKeys =
     joinKeys(kProjectionKeys, kCoefficients,
              {"schema", "name", "description", "metre", "fps", "ipd", "views", "frames", "cx", "cy"});
 
-// State lenses whose middle lies elsewhere with "views" instead.
+// Throws if a frame states a lens whose middle lies off the axis: trajectories state that with "views" instead.
 void refuseMiddleOffset(const LensKeys& lens)
 {
     for (const char* key : {"cx", "cy"})
@@ -85,7 +85,7 @@ std::vector<Camera> readFrames(const JsonObject& root, const CameraReading& how)
     return readEach({frames, root.where(), "frame", kFrameKeys, &root, kTrajectoryKeys}, how, read);
 }
 
-// A signed angle from the eye's forward axis.
+// Reads an angle between the eye's forward axis and one side of the view; it may be negative.
 double readSide(const JsonObject& fov, const char* key)
 {
     const double angle = fov.number(key);

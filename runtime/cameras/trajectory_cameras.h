@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cameras of a trajectory of our own (schemas/trajectory.schema.json).
+// Reads a trajectory in our own format (schemas/trajectory.schema.json).
 #pragma once
 
 #include "runtime/cameras/camera_reading.h"
@@ -9,7 +9,8 @@
 
 namespace gsc {
 
-// Returns its frames; fills `facts` with the values stated beside them. Throws Error(InvalidFile, Unsupported).
+// Returns the frames of the trajectory; fills `facts` with the values stated beside them. Throws Error(InvalidFile,
+// Unsupported).
 std::vector<Camera> trajectoryCameras(const JsonObject& root, TrajectoryFacts& facts, const CameraReading& how);
 
 } // namespace gsc

@@ -19,8 +19,8 @@ namespace {
 
 constexpr const char* kLensKeys[] = {"w",    "h",    "cx",    "cy",   "camera_angle_x", "camera_angle_y",
                                      "fl_x", "fl_y", "x_fov", "y_fov"};
-// Lists for a frame and for the whole file: first the keys that are read, then keys of instant-ngp, nerfstudio and
-// others that say nothing of poses and lenses.
+// Known keys of a frame and of the whole file: first those that are read, then those of instant-ngp, nerfstudio and
+// others that concern neither poses nor lenses.
 constexpr const char* kFrame[] = {
     "file_path",      "transform_matrix", "rotation",         "mask_path", "depth_file_path",
     "depth_path",     "sharpness",        "colmap_im_id",     "time",      "fisheye_crop_radius",
@@ -39,10 +39,11 @@ constexpr const char* kPathRoot[] = {
 constexpr const char* kPathEntry[] = {"camera_to_world", "fov", "aspect", "render_time"};
 
 constexpr double kMostFar = 1e15;
-constexpr double kSameAspect = 0.01;   // relative; widths and heights are whole pixels
-constexpr double kLastRowError = 1e-4; // largest error of a matrix that was inverted in fp32 or printed with few digits
+constexpr double kSameAspect = 0.01; // relative tolerance between aspect ratios; widths and heights are whole pixels
+// largest error in the last row of a matrix that was inverted in fp32 or printed with few digits
+constexpr double kLastRowError = 1e-4;
 
-// Three or four rows of four numbers, or all sixteen in one array, row by row.
+// Reads a matrix of three or four rows of four numbers, or of all sixteen in one array, row by row.
 glm::dmat4 readMatrix(const JsonObject& object, const char* key)
 {
     const ParsedJson& value = object.at(key);
@@ -51,11 +52,11 @@ glm::dmat4 readMatrix(const JsonObject& object, const char* key)
         object.numbers(key, 16, entries);
     else
         object.matrix(key, value.is_array() && value.size() == 3 ? 3 : 4, 4, entries);
-    return transpose(glm::make_mat4(entries)); // from rows
+    return transpose(glm::make_mat4(entries)); // the numbers are row by row, glm's matrices column by column
 }
 
-// Sets the last row to 0 0 0 1, from which rounding may have led away a little. If its last entry is another number,
-// the position is divided by it, as MatrixCity's files need it.
+// Reads a camera-to-world matrix and sets the last row to 0 0 0 1, from which it may differ by rounding. If the last
+// entry is another number, the position is divided by it, as MatrixCity's files need it.
 glm::dmat4 readPose(const JsonObject& frame, const char* key)
 {
     glm::dmat4 m = readMatrix(frame, key);
@@ -71,8 +72,8 @@ glm::dmat4 readPose(const JsonObject& frame, const char* key)
     return m;
 }
 
-// Upstream inverts the 4x4 matrix after turning OpenGL axes into COLMAP's; a uniform scale in it survives, as
-// MatrixCity's files have one.
+// Sets the pose from a matrix in OpenGL's axes. The trainers turn the axes into COLMAP's and then invert the 4x4
+// matrix; a uniform scale in it, as in MatrixCity's files, is kept.
 void poseFromOpenGl(const JsonObject& frame, const char* key, const glm::dmat4& m, Camera& camera)
 {
     const glm::dmat3 c2w{m[0], -m[1], -m[2]};
@@ -86,13 +87,13 @@ void poseFromOpenGl(const JsonObject& frame, const char* key, const glm::dmat4& 
     if (!(det > 0) || !(1 / det < 1e30) || !(orthogonalityError(c2w, scale2) < kRotationTolerance * scale2))
         frame.fail(key, formatString("no rotation (determinant %g)", det),
                    "a right-handed rotation, uniformly scaled at most");
-    // the inverse of s R is R^T / s; Camera stores its transpose
+    // the inverse of s R is R^T / s, and Camera stores the transpose of that
     const glm::dmat3 rows = transpose(c2w / scale2);
     std::copy_n(glm::value_ptr(rows), 9, camera.rotation);
     translationFromPosition(camera.rotation, glm::value_ptr(position), camera.translation);
 }
 
-// The size of the photograph, where both sides are stated.
+// Reads the size of the photograph; 0 unless both sides are stated.
 void readSize(const LensKeys& lens, Camera& camera)
 {
     const JsonObject* width = lens.holder("w");
@@ -110,8 +111,10 @@ void readSize(const LensKeys& lens, Camera& camera)
                                      width ? "w" : "h", width ? "h" : "w"));
 }
 
-constexpr double kSameFocal = 1e-4; // relative; six printed digits of an angle are closer
-constexpr double kSameView = 1e-3; // share: an angle and a focal length agree, one of which was computed from the other
+// relative tolerance between focal lengths; six printed digits of an angle are closer
+constexpr double kSameFocal = 1e-4;
+// relative tolerance within which an angle and a focal length agree, one computed from the other
+constexpr double kSameView = 1e-3;
 
 enum class AngleUnit : uint8_t { Radians, Pixels, Degrees };
 
@@ -123,19 +126,20 @@ struct AngleKey {
 constexpr AngleKey kRadians{"camera_angle_x", "camera_angle_y", AngleUnit::Radians};
 constexpr AngleKey kPixels{"fl_x", "fl_y", AngleUnit::Pixels};
 constexpr AngleKey kDegrees{"x_fov", "y_fov", AngleUnit::Degrees};
-// The first that an object has is taken, as instant-ngp and nerfstudio do: BlenderNeRF's camera_angle_y is the sensor's and
-// not the picture's.
+// Order of preference if the size is known; instant-ngp and nerfstudio have the same. The focal length comes first
+// because BlenderNeRF's camera_angle_y belongs to the sensor, not to the picture.
 constexpr AngleKey kOfSize[] = {kPixels, kRadians, kDegrees};
-// An angle says more than pixels of a picture of unknown size.
+// Order of preference if the size is not known: an angle then says more than a focal length in pixels.
 constexpr AngleKey kOfNoSize[] = {kRadians, kPixels, kDegrees};
 
-// Statement of one key: an angle, or a focal length in pixels.
+// Value of one key: an angle, or a focal length in pixels.
 struct StatedAngle {
     const char* key = nullptr;
     const JsonObject* holder = nullptr;
-    double radians = 0, pixels = 0; // angle or focal length; the other is 0
+    double radians = 0, pixels = 0; // angle or focal length: one of them is stated, the other is 0
 
-    // In pixels of `side`; none where that is not known and an angle is stated.
+    // Returns the focal length in pixels for a side of `side` pixels. None if an angle is stated and `side` is not
+    // known (0).
     [[nodiscard]] std::optional<double> focal(uint32_t side) const
     {
         if (pixels > 0)
@@ -161,7 +165,7 @@ StatedAngle readStated(const JsonObject& holder, const char* key, AngleUnit unit
 void noteDisagreement(const LensKeys& lens, const StatedAngle& taken, const StatedAngle& other, uint32_t side)
 {
     std::optional<double> a = taken.focal(side), b = other.focal(side);
-    if (taken.pixels == 0 && other.pixels == 0) // comparable in any picture
+    if (taken.pixels == 0 && other.pixels == 0) // two angles can be compared even if the size is not known
         a = 1 / std::tan(taken.radians / 2), b = 1 / std::tan(other.radians / 2);
     const double slack = (taken.pixels > 0) == (other.pixels > 0) ? kSameFocal : kSameView;
     if (a && b && std::abs(*a - *b) <= slack * *a)
@@ -173,7 +177,7 @@ void noteDisagreement(const LensKeys& lens, const StatedAngle& taken, const Stat
                                  source(other), shownJson(other.holder->at(other.key)).c_str()));
 }
 
-// Takes the key for one axis; no key if none is there.
+// Chooses the key for one axis, by the order of preference; the result has no key if none is there.
 StatedAngle angleOfAxis(const LensKeys& lens, const char* AngleKey::*axis, uint32_t side)
 {
     StatedAngle taken;
@@ -190,9 +194,10 @@ StatedAngle angleOfAxis(const LensKeys& lens, const char* AngleKey::*axis, uint3
     return taken;
 }
 
-// Sets the angles or focal lengths of `camera`, whose size is read already, from camera_angle_x, fl_x, x_fov (degrees)
-// and the same of y. A frame's keys go before the file's, a focal length before an angle where the size is known; keys
-// that disagree are told to lens.notes. One axis alone means square pixels. Throws Error(InvalidFile), also where no key is there.
+// Sets the angles or focal lengths of `camera`, whose size has been read, from camera_angle_x, fl_x, x_fov (degrees),
+// and the same keys of y. A frame's keys are preferred to the file's; a focal length to an angle if the size is known.
+// lens.notes receives keys that disagree. If one axis is missing, pixels are square. Throws Error(InvalidFile), also
+// if no key is there.
 void readLensAngles(const LensKeys& lens, Camera& camera)
 {
     const StatedAngle x = angleOfAxis(lens, &AngleKey::x, camera.width);
@@ -226,7 +231,7 @@ void readLensAngles(const LensKeys& lens, Camera& camera)
         camera.fov_y = radians(y, camera.height);
 }
 
-// Warns of a frame count that differs from n_frames: instant-ngp leaves out the frames beyond it.
+// Warns if the number of frames differs from n_frames: instant-ngp leaves out the frames beyond it.
 void tellOfCount(const JsonObject& root, const CameraReading& how)
 {
     const ParsedJson* const count = root.find("n_frames");
@@ -244,7 +249,7 @@ std::vector<Camera> transformsCameras(const JsonObject& root, const CameraReadin
     tellOfCount(root, how);
     const auto read = [&](const JsonObject& frame, CameraFindings& found, size_t) {
         const LensKeys lens{frame, &root, &found.notes};
-        found.distortion.add(lens); // first: a panorama has no focal length
+        found.distortion.add(lens); // checked before the focal length, which a panorama does not have
         Camera camera;
         camera.name = imageName(frame.text("file_path"));
         poseFromOpenGl(frame, "transform_matrix", applied.undone(readPose(frame, "transform_matrix")), camera);
@@ -261,7 +266,7 @@ std::vector<Camera> transformsCameras(const JsonObject& root, const CameraReadin
     return readEach({root.at("frames"), root.where(), "frame", kTransformsFrame, &root, kTransformsRoot}, how, read);
 }
 
-// Reads a path of nerfstudio's viewer: matrices of 16 numbers in OpenGL axes, vertical angles in degrees.
+// Reads a path of nerfstudio's viewer: matrices of 16 numbers in OpenGL's axes, vertical angles in degrees.
 std::vector<Camera> nerfstudioCameras(const JsonObject& root, const CameraReading& how)
 {
     if (root.stated("camera_type") && root.text("camera_type") != "perspective" &&

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cameras of a transforms*.json and of nerfstudio's camera_path.json, whose axes are OpenGL's.
+// Reads the cameras of a transforms*.json and of nerfstudio's camera_path.json, which have OpenGL's axes.
 #pragma once
 
 #include "runtime/cameras/camera_reading.h"
@@ -9,7 +9,8 @@
 
 namespace gsc {
 
-// Both throw Error(InvalidFile, Unsupported).
+// Return the cameras of a parsed transforms*.json, and of a parsed camera_path.json. Throw Error(InvalidFile,
+// Unsupported).
 std::vector<Camera> transformsCameras(const JsonObject& root, const CameraReading& how);
 std::vector<Camera> nerfstudioCameras(const JsonObject& root, const CameraReading& how);
 

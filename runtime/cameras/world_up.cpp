@@ -13,10 +13,12 @@ namespace gsc {
 
 namespace {
 
-constexpr double kLeastAgreement = 0.1; // length of the mean: of random directions it is shorter from some hundred on
-constexpr double kLeastTurn = 0.01;     // mean square of the right axes along their second direction: some 6 degrees
+// shortest mean of the up axes that is trusted; some hundred random directions have a shorter one
+constexpr double kLeastAgreement = 0.1;
+// least mean square of the right axes along their second direction, which is some 6 degrees of turning
+constexpr double kLeastTurn = 0.01;
 
-// Column c of a camera's rotation as a unit vector; not finite where it is none.
+// Returns column c of a camera's rotation as a unit vector; not finite if the column has no length.
 glm::dvec3 axisOf(const Camera& camera, int c)
 {
     const double* const r = camera.rotation;
@@ -36,7 +38,8 @@ std::optional<glm::dvec3> upOfViews(std::span<const ViewAxes> views)
     glm::dvec3 sky(0);
     for (const ViewAxes& view : views) {
         m += glm::outerProduct(view.right, view.right);
-        sky -= view.down + view.forward; // the sky is above the picture or behind the camera
+        // direction in which the sky lies: above the picture, or behind a camera that looks down
+        sky -= view.down + view.forward;
     }
     const auto [axes, values] = principalAxes(m);
     if (!(values[2] < 0.5 * values[1] && values[1] >= kLeastTurn * double(views.size())))

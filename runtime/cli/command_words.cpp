@@ -37,7 +37,7 @@ const CLI::App& rootOf(const CLI::App& command)
     return *root;
 }
 
-// The first other command that has an option of this name; null if none has.
+// Returns the first other command that has an option of this name; null if none has.
 const CLI::App* ownerOf(const std::string& name, const CLI::App& command, const CLI::App& except)
 {
     if (&command != &except && command.get_option_no_throw(name) != nullptr)
@@ -48,7 +48,7 @@ const CLI::App* ownerOf(const std::string& name, const CLI::App& command, const 
     return nullptr;
 }
 
-// `subject`: a word of any length.
+// Throws Error(Usage). `subject` is a word of the command line, which may be long and is cut.
 [[noreturn]] void fail(const std::string& subject, const std::string& found, const std::string& expected,
                        const std::string& remedy)
 {
@@ -63,7 +63,7 @@ std::string helpOf(const CLI::App& command)
 [[noreturn]] void failOption(const std::string& word, const CLI::App& command)
 {
     const std::string name = word.substr(0, word.find('='));
-    // the very word of another command is no misspelling of one of these
+    // a name that another command has is no misspelling of an option of this command
     const CLI::App* owner = ownerOf(name, rootOf(command), command);
     const std::string near = owner == nullptr ? nearestWord(name, longNames(command)) : "";
     const std::string hint = !near.empty()      ? "did you mean " + near + "?"
@@ -167,7 +167,7 @@ private:
         return left;
     }
 
-    // The list option that took more than one word; empty if there is none.
+    // Returns the name of the option that took more than one word, as lists do; empty if none did.
     [[nodiscard]] std::string listTaken() const
     {
         for (const auto& [option, count] : m_state.given) {
@@ -225,7 +225,7 @@ private:
     void takeValue(const std::string& word, bool is_attached = false)
     {
         const CLI::Option& option = *m_state.awaited;
-        // a name of another option here: somebody forgot the value
+        // the word is the name of another option: the value of this one was forgotten
         if (!m_lenient && !is_attached && looksLikeOption(word) &&
             m_state.command->get_option_no_throw(word) != nullptr)
             failNoValue(option);
@@ -260,7 +260,7 @@ private:
         takeValue(word.substr(equals + 1), true);
     }
 
-    // -q, -vv, -qv, -oFILE
+    // Takes a word of short options: -q, -vv, -qv, -oFILE.
     void takeShort(const std::string& word)
     {
         for (size_t i = 1; i < word.size(); ++i) {
@@ -319,14 +319,14 @@ void giveWords(CLI::App& root, const CommandState& state)
         command = command->get_subcommand(name);
     for (const auto& [option, value] : state.values)
         command->get_option(optionName(*option))->add_result(value);
-    root.parse(std::vector<std::string>(state.path.rbegin(), state.path.rend())); // runs the callbacks
+    root.parse(std::vector<std::string>(state.path.rbegin(), state.path.rend())); // CLI11 runs the callbacks
 }
 
 CommandState followWords(const CLI::App& root, const std::vector<std::string>& words)
 {
     Walker walker(root, true);
     for (const std::string& word : words)
-        walker.take(word, words.size()); // any number may come
+        walker.take(word, words.size()); // the number of positionals has no limit here
     return walker.state();
 }
 

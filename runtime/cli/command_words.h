@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The grammar of the command line: which word is a command, an option, a value or a positional. CLI11 holds what was
-// declared and runs its callbacks; its messages neither say what was expected nor guess what was meant.
+// The grammar of the command line: decides which word is a command, an option, a value or a positional. CLI11 holds
+// the declared options and runs their callbacks, but its messages do not say what was expected or what was probably
+// meant.
 #pragma once
 
 #include <cstddef>
@@ -16,66 +17,66 @@ class Option;
 
 namespace gsc {
 
-// Position in a command line after some of its words.
+// State of reading a command line after some of the words.
 struct CommandState {
-    const CLI::App* command = nullptr;    // the innermost so far
-    const CLI::Option* awaited = nullptr; // the option whose value comes next; null = none
-    bool awaited_may_end = false;         // the awaited option has a value already and may take more
-    bool only_positionals = false;        // "--" was there
-    std::vector<std::string> positionals; // words without an option
+    const CLI::App* command = nullptr;    // the innermost command read so far
+    const CLI::Option* awaited = nullptr; // option whose value must come next; null = none
+    bool awaited_may_end = false;         // `awaited` has a value already and may take more
+    bool only_positionals = false;        // "--" was read, so no further word is an option
+    std::vector<std::string> positionals; // words that belong to no option
     std::map<const CLI::Option*, size_t> given;
     bool help = false, help_all = false, version = false;
-    std::vector<std::string> path; // names of commands
-    // values given to options and positionals; a flag's is "true"
+    std::vector<std::string> path; // names of the commands, the outermost first
+    // Values given to options and positionals; a flag has the value "true".
     std::vector<std::pair<const CLI::Option*, std::string>> values;
 };
 
-// `words`: the command line without the program's name. Throws Error(Usage) for the first word that does not fit, or
-// for a missing word at the end; after --help or --version nothing is missing.
+// Checks the words of a command line without the program's name. Throws Error(Usage) for the first word that does not
+// fit, or if a word is missing at the end; after --help or --version nothing counts as missing.
 CommandState checkWords(const CLI::App& root, const std::vector<std::string>& words);
 
-// Gives the values to the options that were declared, and runs the callbacks of these and of the commands.
+// Gives the values to the declared options, and runs the callbacks of the options and the commands.
 void giveWords(CLI::App& root, const CommandState& state);
 
-// The state after `words`, as far as they fit: for completion.
+// For completion: returns the state after the first words that fit.
 CommandState followWords(const CLI::App& root, const std::vector<std::string>& words);
 
-// The commands right below one, in the order in which they were declared, and its options.
+// Returns the commands right below `command`, in the order in which they were declared.
 std::vector<const CLI::App*> commandsOf(const CLI::App& command);
 std::vector<const CLI::Option*> optionsOf(const CLI::App& command);
-// Options of a command, without positionals, by their heading.
+// Options of a command under one heading of the help, without positionals.
 struct OptionGroup {
     std::string name;
     std::vector<const CLI::Option*> options;
 };
 std::vector<OptionGroup> groupsOf(const CLI::App& command);
-// The word by which `help` shows a group alone: the first of its name, "reuse".
+// Returns the word that `help` takes for a group: the first word of the heading, such as "reuse".
 std::string topicOf(const OptionGroup& group);
-// The one of a name; null if there is none.
+// Returns the command of this name below `command`; null if there is none.
 const CLI::App* commandNamed(const CLI::App& command, const std::string& name);
-// Their names, "convert, info or sample".
+// Returns the names of the commands below `command` as a text, "convert, info or sample".
 std::string listCommands(const CLI::App& command);
 // Throws Error(Usage) for a word that is no command below `command`.
 [[noreturn]] void failCommand(const std::string& word, const CLI::App& command);
-// "gsc sample paths": the command with all above it.
+// Returns the names of the command and of all above it, "gsc sample paths".
 std::string commandPath(const CLI::App& command);
-// The longest name of an option, "--size", or of a positional, "FILE".
+// Returns the longest name of an option, "--size", or the name of a positional, "FILE".
 std::string optionName(const CLI::Option& option);
-// Left out of --help; --help-all and the page of its group show it.
+// Returns true if --help leaves the option out; --help-all and the page of the option's group show it.
 bool isRare(const CLI::Option& option);
 inline constexpr const char* kRare = " (rare)"; // behind the name of its group
-// " [FILE] WORD...": the positionals as a usage shows them.
+// Returns the positionals as a usage line shows them, " [FILE] WORD...".
 std::string positionalsText(const CLI::App& command);
-// The part of a help text that says it in short.
+// Returns the first part of a help text, which is a short form of the whole.
 std::string summaryOf(const std::string& help);
-// True if the option takes a value.
+// Returns true if the option takes a value.
 bool takesValue(const CLI::Option& option);
 bool takesSeveral(const CLI::Option& option);
-// The positional that takes the next word without an option; null if none does.
+// Returns the positional that the next word belongs to if it is no option; null if none is left.
 const CLI::Option* nextPositional(const CommandState& state);
-// The part of the option's placeholder that names its value: "FILE.gsc" of "FILE.gsc (default: none)".
+// Returns the part of the option's placeholder that describes the value: "FILE.gsc" of "FILE.gsc (default: none)".
 std::string placeholderOf(const CLI::Option& option);
-// The rest of it, " (default: none)".
+// Returns the rest of the option's placeholder, " (default: none)".
 std::string noteOf(const CLI::Option& option);
 
 } // namespace gsc

@@ -26,7 +26,8 @@ bool isPlaceholder(const std::string& part)
     return std::isupper(static_cast<unsigned char>(part[0])) != 0;
 }
 
-// Adds the words that `option` takes and that start with `begun`, each behind `before`, such as "--format=".
+// Adds a line for each value of `option` that starts with `begun`; `before` is put in front of each, such as
+// "--format=".
 void addValues(std::string& lines, const CLI::Option& option, const std::string& begun, const std::string& before)
 {
     const std::string text = placeholderOf(option);
@@ -50,7 +51,8 @@ void addValues(std::string& lines, const CLI::Option& option, const std::string&
     }
 }
 
-// Options that are neither given already nor excluded by one that is.
+// Adds the options of a command that start with `begun`, without those that are given already or that a given one
+// excludes.
 void addOptions(std::string& lines, const CLI::App& command, const std::string& begun, const CommandState& state)
 {
     const auto given = [&](const CLI::Option* option) { return state.given.count(option) > 0; };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Completion of a command line in bash, zsh and fish. A shell's script asks the program itself, so that it offers
+// Completion of a command line in bash, zsh and fish. The shell's script asks the program itself, so that it offers
 // exactly the words that the program takes.
 #pragma once
 
@@ -14,15 +14,16 @@ namespace gsc {
 
 enum class Shell { Bash, Zsh, Fish };
 
-// The hidden first word with which a script asks.
+// The first word with which a shell's script calls the program to ask; help does not show it.
 inline constexpr const char* kCompleteCommand = "__complete";
 
-// Lines for the last of `words`, which may be empty or begun: a candidate, a tab and what it is; ":files" with the
-// ending wanted behind it, or none for all, where folders are offered too, to go on in; ":folders". By an option's placeholder (options.h): words separated by |
-// are candidates, those in capitals name files: DIR, MODEL and CHECKPOINT folders, FILE.gsc files of an ending.
+// Returns lines of candidates for the last of `words`, which may be empty or incomplete. A line is a candidate, a tab
+// and its description; or ":files" with the wanted ending behind it (none = all files), to which folders are offered,
+// too; or ":folders". An option's placeholder (options.h) tells the candidates: words separated by | are the
+// candidates themselves, DIR, MODEL and CHECKPOINT stand for folders, and FILE.gsc for files of this ending.
 std::string completions(const CLI::App& root, const std::vector<std::string>& words);
 
-// The script of a shell for `program`.
+// Returns the script for a shell that completes the words of `program`.
 std::string completionScript(Shell shell, const std::string& program);
 
 } // namespace gsc

@@ -12,9 +12,9 @@ namespace gsc {
 namespace {
 
 constexpr size_t kNameColumns = 28, kColumns = 80;
-constexpr size_t kManyOptions = 20; // a help of more is in short
+constexpr size_t kManyOptions = 20; // a page with more options shows short texts
 
-// The text in lines of words from `indent` on, behind `start`.
+// Appends the words of `text` to `start`, in lines of at most kColumns that are indented by `indent` columns.
 std::string wrapped(const std::string& start, const std::string& text, size_t indent)
 {
     std::string out = start;
@@ -36,7 +36,7 @@ std::string wrapped(const std::string& start, const std::string& text, size_t in
 std::string entry(const std::string& name, const std::string& text)
 {
     std::string start = "  " + name;
-    for (size_t begin = 0; start.size() - begin > kColumns;) { // many values
+    for (size_t begin = 0; start.size() - begin > kColumns;) { // a long list of values is broken at |
         begin = start.rfind('|', begin + kColumns - 1) + 1;
         start.insert(begin, "\n      ");
     }
@@ -51,7 +51,7 @@ std::string optionEntry(const CLI::Option& option, bool brief)
                  (brief ? summaryOf(help) : help) + noteOf(option));
 }
 
-// `all`: rare options too. `brief`: the first part of each text.
+// Makes the text of a group. `all`: rare options are included. `brief`: only the first part of each option's text.
 std::string groupText(const OptionGroup& group, const CLI::App& command, bool all, bool brief)
 {
     std::string lines, more;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Help as a terminal of eighty columns shows it.
+// Makes help pages for a terminal of eighty columns.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@ class App;
 
 namespace gsc {
 
-// The options that most need, in short where they are many, and the notes up to
-// the paragraph "more"; with `all` everything.
+// Returns the help of a command. By default it holds all but rare options, with short texts if they are many, and the
+// notes up to the paragraph "more"; with `all` it holds everything.
 std::string helpPage(const CLI::App& command, bool all);
-// Every option of one of the command's groups; empty if it has none of that topic (topicOf()).
+// Returns the help of one group of options, chosen by topicOf(); empty if the command has no such group.
 std::string topicPage(const CLI::App& command, const std::string& topic);
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// JSON as reports hold it.
+// JSON values as reports contain them.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,11 +8,12 @@
 
 namespace gsc {
 
-using OrderedJson = nlohmann::ordered_json; // keys come out in the order they were written
+using OrderedJson = nlohmann::ordered_json; // keys keep the order in which they were written
 
-// A number JSON can hold: null where the value is not finite.
+// Returns a number for JSON: null if the value is not finite, which JSON cannot state.
 OrderedJson jsonNumber(double value);
-// Text of a report, `indent` spaces a level, -1 = one line; strings that are not UTF-8 are repaired, never thrown on.
+// Writes JSON as text with `indent` spaces for each level; -1 = all in one line. Strings that are not UTF-8 are
+// repaired.
 std::string jsonText(const OrderedJson& json, int indent = 2);
 
 } // namespace gsc

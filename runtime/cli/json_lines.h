@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A file of JSON lines that may be followed while it is written.
+// A file of JSON lines that another program may read while it is being written.
 #pragma once
 
 #include "runtime/cli/json.h"
@@ -12,24 +12,25 @@ namespace gsc {
 
 class JsonLines {
 public:
-    // Begins the file anew; empty = none. Throws Error(Io). No temporary file stands for it, as elsewhere: whoever follows
-    // reads each line as it comes.
+    // Creates the file, or replaces an old one; an empty path = no file. Unlike other outputs it is written under its
+    // own name from the start, so that a reader gets each line at once. Throws Error(Io).
     JsonLines(const std::string& path, bool overwrite);
     ~JsonLines();
     JsonLines(const JsonLines&) = delete;
     JsonLines& operator=(const JsonLines&) = delete;
 
     [[nodiscard]] bool open() const { return m_file != nullptr; }
-    void add(const OrderedJson& line); // in the file at once, unless there is none. Throws Error(Io)
-    void close();                      // it takes no more
+    // appends a line to the file at once; does nothing without a file. Throws Error(Io)
+    void add(const OrderedJson& line);
+    void close(); // closes the file; no line can be added afterwards
 
 private:
     std::string m_path;
     std::FILE* m_file = nullptr;
 };
 
-// Checks that such a file may be written: it is not `model` or `cameras` ("stored" = none), and an old file may be
-// replaced. Throws Error.
+// Throws Error if the file cannot be written: `path` is the file `model` or `cameras` ("stored" = none), or exists and
+// `overwrite` is false.
 void checkJsonLines(const std::string& path, bool overwrite, const std::string& model, const std::string& cameras);
 
 } // namespace gsc

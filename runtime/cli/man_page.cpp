@@ -13,7 +13,7 @@ namespace gsc {
 
 namespace {
 
-// Text as roff prints it: no backslash, dash or dot of it is a command.
+// Escapes text for roff, so that no backslash, dash or dot in it acts as a command.
 std::string escaped(const std::string& text)
 {
     std::string out;

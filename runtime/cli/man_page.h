@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Manual pages from the tree of commands.
+// Makes manual pages from the declared commands.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@ class App;
 
 namespace gsc {
 
-// The page of a command in man(7)'s macros.
+// Returns the manual page of a command, in the macros of man(7).
 std::string manPage(const CLI::App& command);
 
 } // namespace gsc

@@ -88,7 +88,7 @@ namespace detail {
 OptionHandle addValue(CLI::App& app, const std::string& names, const std::string& placeholder, const std::string& help,
                       std::function<void(const std::string&, const std::string&)> take, bool several)
 {
-    // messages use the longest name
+    // messages name an option by the longest of its names
     const std::string shown = std::ranges::max(CLI::detail::split_names(names), {}, [](const std::string& name) {
         return std::pair(name[0] == '-', name.size());
     });

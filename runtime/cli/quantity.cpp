@@ -10,9 +10,9 @@ namespace gsc {
 namespace {
 
 struct Parsed {
-    uint64_t digits = 0;     // all digits as one integer
-    uint32_t fraction = 0;   // how many of them stand after the point
-    std::string_view suffix; // without leading spaces
+    uint64_t digits = 0;     // all digits as one integer, without the decimal point
+    uint32_t fraction = 0;   // number of digits behind the decimal point
+    std::string_view suffix; // unit behind the number, without leading spaces
 };
 
 std::optional<Parsed> parseDecimal(std::string_view text)
@@ -40,14 +40,14 @@ std::optional<Parsed> parseDecimal(std::string_view text)
     return any ? std::optional(parsed) : std::nullopt;
 }
 
-// -1 if it is no unit.
+// Returns the power of the unit (K = 1, M = 2, ...); -1 if the letter is no unit.
 int unitPower(char unit)
 {
     const size_t at = std::string_view("kmgt").find(char(std::tolower(static_cast<unsigned char>(unit))));
     return at == std::string_view::npos ? -1 : int(at) + 1;
 }
 
-// digits / 10^fraction * base^power, rounded down; `whole` says whether nothing was cut off.
+// Computes digits / 10^fraction * base^power, rounded down. `whole` receives whether the result is exact.
 std::optional<uint64_t> scale(const Parsed& parsed, uint64_t base, int power, bool& whole)
 {
     long double value = static_cast<long double>(parsed.digits);

@@ -52,7 +52,7 @@ uint64_t peakMemoryBytes()
 {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
-    return uint64_t(usage.ru_maxrss) * 1024; // KiB on Linux
+    return uint64_t(usage.ru_maxrss) * 1024; // Linux states ru_maxrss in KiB
 }
 
 Reporter::Reporter(const ReporterOptions& options)
@@ -64,7 +64,7 @@ Reporter::Reporter(const ReporterOptions& options)
 
 void Reporter::text(const std::string& text)
 {
-    const std::string valid = validUtf8(text); // names of files may hold anything
+    const std::string valid = validUtf8(text); // messages quote names of files, which may hold any bytes
     std::fwrite(valid.data(), 1, valid.size(), stdout);
     if (text.empty() || text.back() != '\n')
         std::fputc('\n', stdout);

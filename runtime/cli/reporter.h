@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Output of a command: its result on stdout, everything else on stderr.
+// Output of a command: the result on stdout, everything else on stderr.
 #pragma once
 
 #include <gsc/error.h>
@@ -24,43 +24,44 @@ struct ReporterOptions {
     bool no_color = false;
 };
 
-// 1536 -> "1.50 KiB", three or four significant digits.
+// Formats bytes with three or four significant digits: 1536 becomes "1.50 KiB".
 std::string formatBytes(uint64_t bytes);
-// A measured value with four significant digits and at most four decimals, for columns: 0.0123, 12.35, 1,235.
+// Formats a measured value for columns, with four significant digits and at most four decimals: 0.0123, 12.35, 1,235.
 std::string formatMeasured(double value);
-// Largest resident set of this process so far, bytes.
+// Returns the largest resident set of this process so far, in bytes.
 uint64_t peakMemoryBytes();
 
-// Output of a command. Functions that write to stderr may be called from several threads.
+// Writes the output of a command. The functions that write to stderr may be called from several threads.
 class Reporter {
 public:
     explicit Reporter(const ReporterOptions& options);
 
     [[nodiscard]] const ReporterOptions& options() const { return m_options; }
     [[nodiscard]] bool json() const { return m_options.format == ReportFormat::Json; }
-    [[nodiscard]] double seconds() const { return m_progress.seconds(); } // since construction
+    [[nodiscard]] double seconds() const { return m_progress.seconds(); } // seconds since the Reporter was made
 
-    // stdout. Exactly one of the two is used, according to the format asked for. Throws Error(Io).
+    // Write the result to stdout: text() or object(), according to the format asked for. Both throw Error(Io).
     void text(const std::string& text);
     void object(const OrderedJson& json);
 
-    // stderr; with --progress json each is one event (schemas/progress-event.schema.json)
+    // Functions that write to stderr; with --progress json each call writes one event
+    // (schemas/progress-event.schema.json).
     void error(const std::string& message);
     void warning(const std::string& message);
-    void detail(const std::string& message); // shown with -v
-    void tell(const std::string& message);   // shown unless -q
-    // Closing line of a command that worked: `what`, time, peak memory.
+    void detail(const std::string& message); // prints a message if -v is given
+    void tell(const std::string& message);   // prints a message unless -q is given
+    // Prints the last line of a successful command: `what`, time and peak memory.
     void done(const std::string& what);
 
     void progress(const char* stage, uint64_t finished, uint64_t total);
-    // Text beside the stage for a person, such as "run 3/12"; empty = nothing.
+    // Sets a text that is shown beside the stage, such as "run 3/12"; empty = none.
     void progressPart(const std::string& part) { m_progress.setPart(part); }
     void endProgress(bool failed);
 
-    // Every warning so far, for the report, also those that -q did not show. Call when no thread warns any more.
+    // Returns all warnings so far for the report, also those that -q hid. Call it when no thread warns any more.
     [[nodiscard]] const std::vector<std::string>& warnings() const { return m_warnings; }
 
-    // Throws Error(Io) if something written to stdout did not arrive (full disk, closed pipe).
+    // Throws Error(Io) if something written to stdout was lost (full disk, closed pipe).
     void flush();
 
 private:

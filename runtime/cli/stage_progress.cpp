@@ -15,7 +15,7 @@ namespace {
 
 constexpr uint64_t kBarCells = 20;
 constexpr double kRedrawSeconds = 0.1;
-constexpr double kPlainSeconds = 1; // no line in a log for a stage that is over at once
+constexpr double kPlainSeconds = 1; // a stage that takes less time gets no line in a log
 
 double secondsBetween(std::chrono::steady_clock::time_point from, std::chrono::steady_clock::time_point to)
 {
@@ -59,7 +59,7 @@ void StageProgress::update(const char* stage, uint64_t finished, uint64_t total)
         return;
     }
     const uint64_t tenth = total ? uint64_t(10.0 * double(finished) / double(total)) : 0;
-    if (tenth <= m_tenth || tenth >= 10) // the end of a stage has its own line
+    if (tenth <= m_tenth || tenth >= 10) // the end of a stage is printed as a line of its own
         return;
     m_tenth = tenth;
     if (m_mode == ProgressMode::Json) {
@@ -107,7 +107,7 @@ void StageProgress::drawBar(uint64_t finished, uint64_t total)
         line += formatString("  ETA %.0f s", elapsed / part - elapsed);
     line += "  [peak " + formatBytes(peakMemoryBytes()) + "]";
     const size_t width = line.size();
-    if (width < m_bar_width) // wipes the tail of a longer line
+    if (width < m_bar_width) // spaces wipe out the end of a longer line before
         line.append(m_bar_width - width, ' ');
     m_bar_width = width;
     std::fprintf(stderr, "\r%s", line.c_str());

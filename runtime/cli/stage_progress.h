@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Progress of long commands on stderr: a bar on a terminal, lines in a log, NDJSON for a program.
+// Shows the progress of long commands on stderr: a bar on a terminal, lines in a log, NDJSON for a program.
 #pragma once
 
 #include <chrono>
@@ -12,16 +12,17 @@ enum class ProgressMode { Auto, Bar, Plain, Json, None };
 
 class StageProgress {
 public:
-    explicit StageProgress(ProgressMode mode); // Auto: Bar if stderr is a terminal, else Plain
+    explicit StageProgress(ProgressMode mode); // Auto means Bar if stderr is a terminal, else Plain
 
-    // A new `stage` closes the one before it. `total` 0 = not known. May be called often: prints at most ten
-    // times a second (bar), once per tenth (JSON), or once per tenth and second (plain).
+    // Reports that `finished` of `total` steps of a stage are done; total = 0: not known. A new `stage` ends the one
+    // before. May be called often: it prints at most ten times a second (bar), at each tenth (JSON), or at each tenth
+    // but at most once a second (plain).
     void update(const char* stage, uint64_t finished, uint64_t total);
     void close(bool failed);
     void setPart(const std::string& part) { m_part = part; }
-    void breakLine(); // before something else is printed to stderr; the stage stays open
+    void breakLine(); // call before something else is printed to stderr; the stage goes on
 
-    [[nodiscard]] double seconds() const; // since construction
+    [[nodiscard]] double seconds() const; // seconds since the StageProgress was made
 
 private:
     using Clock = std::chrono::steady_clock;
@@ -34,10 +35,10 @@ private:
     Clock::time_point m_start;
     Clock::time_point m_stage_start;
     Clock::time_point m_last_draw;
-    std::string m_stage; // empty = none open
+    std::string m_stage; // name of the current stage; empty = none
     std::string m_part;
     uint64_t m_finished = 0, m_total = 0;
-    uint64_t m_tenth = 0; // last tenth that was printed
+    uint64_t m_tenth = 0; // tenth of the stage that was printed last
     size_t m_bar_width = 0;
 };
 

@@ -36,7 +36,7 @@ std::string lowerCase(std::string text)
 
 std::string nearestWord(const std::string& word, const std::vector<std::string>& known)
 {
-    constexpr size_t kLongest = 64; // a longer word is no misspelling
+    constexpr size_t kLongest = 64; // a longer word counts as no misspelling
     if (word.empty() || word.size() > kLongest)
         return "";
     const std::string lower = lowerCase(word);
@@ -44,7 +44,7 @@ std::string nearestWord(const std::string& word, const std::vector<std::string>&
     size_t least = std::max<size_t>(1, (lower.size() - std::min(lower.size(), lower.find_first_not_of('-'))) / 3) + 1;
     for (const std::string& candidate : known) {
         const bool starts = lower.size() >= 3 && candidate.rfind(lower, 0) == 0;
-        // "--memry" is meant for "--memory-budget"
+        // the beginning of a longer name counts: "--memry" suggests "--memory-budget"
         const std::string head = candidate.substr(0, candidate.find('-', candidate.find_first_not_of('-')));
         const size_t edits =
             starts ? 1 : std::min(distance(lower, candidate), head == candidate ? least : distance(lower, head));

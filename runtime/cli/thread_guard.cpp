@@ -20,13 +20,14 @@ namespace gsc {
 
 namespace {
 
-[[maybe_unused]] constexpr auto kPatience = std::chrono::seconds(1); // threads of other programs end, too
+// time during which threads of other programs may end
+[[maybe_unused]] constexpr auto kPatience = std::chrono::seconds(1);
 
 std::atomic<bool> g_installed{false}, g_json{false}, g_json_events{false}, g_ending{false};
 
 [[maybe_unused, noreturn]] void endWithoutThread()
 {
-    if (g_ending.exchange(true)) // another thread says it
+    if (g_ending.exchange(true)) // another thread prints the message
         for (;;)
             ::pause();
     const Error error = tooFewThreads("a library");
@@ -51,7 +52,7 @@ void installThreadGuard(bool json, bool json_events)
 
 } // namespace gsc
 
-// a sanitizer has its own
+// a sanitizer replaces the same function
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define GSC_SANITIZED
 #elif defined(__has_feature)
@@ -61,7 +62,7 @@ void installThreadGuard(bool json, bool json_events)
 #endif
 
 #ifndef GSC_SANITIZED
-// Stands before the C library's for this program and all of its libraries.
+// Replaces the C library's function for this program and all of its libraries.
 extern "C" __attribute__((visibility("default"))) int
 pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*start)(void*), void* argument) noexcept
 {

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Libraries that start threads of their own often end the process, or wait for ever, where the system gives them none.
+// Handles threads that cannot be started. Libraries that start threads of their own often end the process, or wait for
+// ever, if the system has no more threads.
 #pragma once
 
 namespace gsc {
 
-// From now on a thread that cannot be started, by any library of this process, ends it as an error does: it is tried again
-// for a second, then message on standard error, with `json` the object of schemas/error.schema.json on standard output,
-// temporary files removed, exit code 6. Threads of a ThreadAttempt (format/machine/threads.h) are left to who starts them.
+// After this call, if any library of this process cannot start a thread, it tries again for a second; then the process
+// ends as with an error: message on standard error, with `json` an object of schemas/error.schema.json on standard
+// output, temporary files removed, exit code 6. Threads of a ThreadAttempt (format/machine/threads.h) are left to the
+// code that starts them.
 void installThreadGuard(bool json, bool json_events);
 
 } // namespace gsc

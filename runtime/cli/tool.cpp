@@ -28,7 +28,7 @@ namespace gsc {
 
 namespace {
 
-// Reports that a command could not do its work. With --format json a program still finds one object on stdout.
+// Reports that a command failed. With --format json a program still finds one object on stdout.
 ErrorCode fail(Reporter& report, const Error& error, const CLI::App* command)
 {
     const Error told = withOptions(error, command);
@@ -72,7 +72,7 @@ ErrorCode failWith(Reporter& report, const std::exception_ptr& error, const CLI:
     return fail(report, errorOf(error), command);
 }
 
-// --format and --progress of a line that may not be parsed: its error takes the form it asked for.
+// Reads --format and --progress from a command line that may be wrong, so that its error has the form asked for.
 ReporterOptions reporterOf(const std::vector<std::string>& words)
 {
     ReporterOptions options;
@@ -94,7 +94,7 @@ void parse(CLI::App& root, const Invocation& invocation, const CommandState& sta
 {
     try {
         giveWords(root, state);
-    } catch (const CLI::Error& e) { // faults that checkWords() did not find
+    } catch (const CLI::Error& e) { // CLI11 found a fault that checkWords() did not find
         throw Error(ErrorCode::Usage, "command line", e.what(), "what " + root.get_name() + " --help tells",
                     "correct it");
     }
@@ -104,8 +104,8 @@ void parse(CLI::App& root, const Invocation& invocation, const CommandState& sta
     throw Error(ErrorCode::Usage, path, "no command given", listCommands(*state.command), "see " + path + " --help");
 }
 
-// Opens a file in place of each standard stream that was closed at the start, on which use fails as before: the next
-// file to be opened, an output, would otherwise take the stream's number and receive printed text.
+// Opens a file in place of each standard stream that was closed at the start; reading and writing it fails as before.
+// Otherwise the next file to be opened would get the stream's number, and printed text would go into it.
 void holdClosedStreams()
 {
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})

@@ -6,10 +6,10 @@
 
 namespace gsc {
 
-std::string toolVersion(); // "0.1.0"
-std::string toolCommit();  // empty where the sources were no checkout
+std::string toolVersion(); // version of the tools, such as "0.1.0"
+std::string toolCommit();  // commit that the sources were built from; empty if they were no git checkout
 
-// The lines behind --version: program, commit, file format, compiler's target of CUDA. No line ends the text.
+// Returns the text of --version: program, commit, file format and targets of CUDA code, without a line end at the end.
 std::string versionText(const std::string& program);
 
 } // namespace gsc

@@ -15,7 +15,7 @@ namespace {
 void paintBlock(const ModelView& model, SplatStore& store, size_t block, size_t first, const VisibleAnchor* visible,
                 FrameView view)
 {
-    // nothing is kept
+    // without reuse and detail every Gaussian is made for this frame: age 0, source near
     const FalseColour fresh = view == FrameView::Age ? ageColour(0) : detailColour(GroupSource::Near);
     paintSplats(
         store.splats.data() + first, store.origins.data() + first, store.counts[block], model.params->n_offsets,
@@ -33,7 +33,7 @@ SelectArgs selectArgs(const ModelView& model, const EyeParams* eyes, uint32_t ey
 
 void CpuFrame::load(const ModelView& from)
 {
-    model = {}; // unless all of it succeeds
+    model = {}; // the model stays empty unless everything below succeeds
     for (DecodeState& state : states)
         reserveDecode(from, state.scratch);
     model = from;
@@ -123,7 +123,7 @@ void CpuFrame::decode(const EyeParams* eyes, uint32_t eye_count, const FrameOpti
     addShares(states, watch.lap(), result.times);
 }
 
-// more eyes than `args` decodes for: both draw the same decoded Gaussians
+// with more eyes than `args` decodes for, both eyes draw the same decoded Gaussians
 void CpuFrame::decodeBlock(const DecodeArgs& args, const EyeParams* eyes, uint32_t eye_count,
                            const RasterConstants& rules, const FrameOptions& options, size_t block, DecodeState& state)
 {

@@ -12,7 +12,7 @@ namespace gsc {
 
 namespace {
 
-// True if the picture can be drawn directly into its destination.
+// Returns true if the picture can be drawn directly into the memory of the target.
 bool isPlain(const FrameTarget& target, const EyeParams& eye)
 {
     return target.format == PixelFormat::Rgb32f && pitchOf(target, eye.width) == eye.width * size_t(12);
@@ -50,7 +50,7 @@ FrameThread::FrameThread(Draw draw) : m_draw(std::move(draw))
     try {
         m_thread = std::thread([this] { run(); });
     } catch (const std::system_error&) {
-        // submit() draws
+        // no thread could be started, so submit() draws
     }
 }
 
@@ -124,7 +124,7 @@ bool FrameThread::drawNext(std::unique_lock<std::mutex>& lock)
     const auto next = std::ranges::find(m_frames, Frame::State::Waits, &Frame::state);
     if (next == m_frames.end())
         return false;
-    Frame frame = *next; // the deque may move its elements
+    Frame frame = *next; // a copy, because the deque may move its elements meanwhile
     next->state = Frame::State::IsDrawn;
     lock.unlock();
     draw(frame);

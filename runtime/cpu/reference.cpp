@@ -14,7 +14,8 @@ namespace gsc {
 
 namespace {
 
-// In place of the Gaussians' own colours. Nothing is kept here, so that every anchor is of this frame.
+// Replaces the Gaussians' own colours by false colours. Nothing is kept between frames here, so every anchor is
+// decoded for this frame.
 template <typename Real>
 void paintGaussians(const ModelView& model, const std::vector<SelectedAnchor<Real>>& selected, FrameView view,
                     std::vector<GaussianOf<Real>>& gaussians)
@@ -93,7 +94,7 @@ void renderReference(const ModelView& model, const EyeOf<Real>* eyes, uint32_t e
     Real middle[3] = {};
     if (merged)
         mergedCenter(eyes, middle);
-    std::vector<Real> unwanted; // image of an eye that is not wanted
+    std::vector<Real> unwanted; // image of an eye for which the caller wants none
     for (uint32_t e = 0; e < eye_count; ++e) {
         Real* image = images != nullptr ? images[e] : nullptr;
         if (image == nullptr) {

@@ -20,8 +20,8 @@ namespace {
 
 class CpuRenderer final : public Renderer {
 public:
-    // Entries, and coarse copies, may take a quarter of the machine unless a frame's options say otherwise: more than a visible set needs, and
-    // room for the model, the frame and other programs.
+    // Kept Gaussians and coarse copies may each take a quarter of the machine's memory, unless the options of a frame
+    // say otherwise: more than the visible anchors need, with room for the model, the frame and other programs.
     explicit CpuRenderer(int threads)
         : m_frame(threads), m_reuse(m_frame.workers, cpuFacts(1).memory_bytes / 4),
           m_coarse(cpuFacts(1).memory_bytes / 4), m_thread([this](auto&&... frame) { draw(frame...); })
@@ -31,14 +31,14 @@ public:
     [[nodiscard]] DeviceId id() const override { return {"cpu", 0}; }
     [[nodiscard]] bool onHost() const override { return true; }
     [[nodiscard]] DeviceFacts device() const override { return cpuFacts(uint32_t(m_frame.workers.count())); }
-    [[nodiscard]] Tier tierOf(Tier) const override { return Tier::Exact; } // fp32 throughout
+    [[nodiscard]] Tier tierOf(Tier) const override { return Tier::Exact; } // a CPU computes everything in fp32
 
     using Renderer::load;
     void load(const ModelView& model) override
     {
         checkModel(model);
         m_thread.clear();
-        m_frame.model = {}; // unless all of it succeeds
+        m_frame.model = {}; // the model stays empty unless everything below succeeds
         m_reuse.load(model);
         m_coarse.load(model);
         dropCaches();
@@ -92,7 +92,7 @@ private:
         result.bytes_resident = m_model_bytes + m_frame.bytes() + m_image.bytes() + m_reuse.bytes() + m_coarse.bytes();
     }
 
-    // `chosen`: eyes that levels are chosen from.
+    // Draws a frame with detail. Levels are chosen by the distance from `chosen`, which may lag behind `eyes`.
     void drawCoarse(const EyeParams* eyes, const EyeParams* chosen, uint32_t eye_count, const FrameOptions& options,
                     FrameResult& result)
     {
@@ -112,7 +112,7 @@ private:
         m_coarse.draw(frame, m_frame.stores, m_frame.blocks(), m_frame.capacity, result);
     }
 
-    // Blocks of an eye's store, and which groups they are.
+    // Lists the splats of eye `e` from the blocks that the kind of frame has filled.
     void list(uint32_t e, const EyeParams& eye, const FrameOptions& options, FrameResult& result)
     {
         if (options.reuse.policy != ReusePolicy::None)
@@ -123,7 +123,7 @@ private:
             m_frame.list(e, eye, m_frame.blocks(), nullptr, result);
     }
 
-    // The caller's image, or one of our own where it wants none.
+    // Returns the caller's image of eye `e`, or one of our own if the caller wants none.
     float* imageOf(uint32_t e, const EyeParams& eye, float* const* images)
     {
         if (images[e] != nullptr)
@@ -132,7 +132,7 @@ private:
         return m_image.data();
     }
 
-    // Adds the workers' counts. True if a Gaussian of the eye has an opacity above zero.
+    // Adds the counts of all workers. Returns true if a Gaussian of the eye has an opacity above zero.
     bool addCounts(uint32_t e, EyeCounts& eye) const
     {
         bool any_positive = false;
@@ -176,8 +176,8 @@ private:
     CpuReuse m_reuse;
     CpuCoarse m_coarse;
     LodLag m_lag;
-    Buffer<float> m_image; // image of an eye that is not wanted
-    FrameThread m_thread;  // declared last: it uses all members above
+    Buffer<float> m_image; // image of an eye for which the caller wants none
+    FrameThread m_thread;  // declared last: the thread uses the members above
 };
 
 class ReferenceRenderer final : public Renderer {
@@ -187,7 +187,7 @@ public:
     [[nodiscard]] DeviceId id() const override { return {"cpu-reference", 0}; }
     [[nodiscard]] bool onHost() const override { return true; }
     [[nodiscard]] DeviceFacts device() const override { return cpuFacts(1); }
-    [[nodiscard]] Tier tierOf(Tier) const override { return Tier::Exact; } // fp32 throughout
+    [[nodiscard]] Tier tierOf(Tier) const override { return Tier::Exact; } // a CPU computes everything in fp32
 
     using Renderer::load;
     void load(const ModelView& model) override
@@ -215,7 +215,7 @@ public:
 
 private:
     ModelView m_model{};
-    FrameThread m_thread; // declared last: it uses the model
+    FrameThread m_thread; // declared last: the thread uses the members above
 };
 
 } // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The renderers on the host, and the frame in double precision, for tests and measuring.
+// The renderers on the host, and a frame in double precision for tests and measurements.
 #pragma once
 
 #include <gsc/renderer.h>
@@ -7,23 +7,24 @@
 namespace gsc {
 
 enum class CpuPath {
-    Fast,      // SIMD, all threads
-    Reference, // scalar float, one source with the kernels
+    Fast,      // fast CPU version: SIMD, on all threads
+    Reference, // reference: scalar float, compiled from the same source as the kernels
 };
 
-// threads = 0 uses all cores. Needs nothing but the machine.
+// Makes a renderer on the host. threads = 0 uses all cores.
 std::unique_ptr<Renderer> makeCpuRenderer(CpuPath path, int threads);
 
-// Whole frame, scalar, flat, one thread, every operation in double. `images`: per eye height x width x 3 values,
-// interleaved RGB, row 0 on top, unclamped; the array or an entry may be null. `depths`: per eye, or null. Slow on purpose.
+// Draws a whole frame in double precision: scalar, in one thread, slow on purpose. `images` has for each eye height x
+// width x 3 values: RGB interleaved, row 0 on top, not clamped; the array or an entry may be null. `depths` has an
+// array for each eye, or is null.
 void renderReference64(const ModelView& model, const EyeParams64* eyes, uint32_t eye_count, const FrameOptions& options,
                        double* const* images, FrameResult& result, const DepthRows<double>* depths = nullptr);
 
-// renderReference64() in float: CpuPath::Reference runs it.
+// Does as renderReference64(), in float. CpuPath::Reference runs it.
 void renderReference32(const ModelView& model, const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
                        float* const* images, FrameResult& result, const DepthRows<float>* depths = nullptr);
 
-// This machine, used by `threads` threads.
+// Returns the facts of this machine when `threads` threads draw.
 DeviceFacts cpuFacts(uint32_t threads);
 
 } // namespace gsc

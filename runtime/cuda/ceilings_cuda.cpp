@@ -12,9 +12,11 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kLargestBuffer = size_t(1) << 30; // twenty times the second-level cache of an H200
+// size of the copied buffer: twenty times the second-level cache of an H200
+constexpr size_t kLargestBuffer = size_t(1) << 30;
 constexpr int kLeastRuns = 5;
-constexpr double kSpanMs = 40; // length of each measurement: long enough to reach the clocks of a busy device
+// length of each measurement, enough for the device to reach the clocks that it has under load
+constexpr double kSpanMs = 40;
 
 size_t bufferBytes(uint64_t most_bytes)
 {
@@ -34,16 +36,16 @@ DeviceCeilings measureCudaCeilings(uint32_t processors, uint64_t most_bytes)
 {
     const CudaStream stream;
     const CudaEvent start, end;
-    // Seconds that the fastest of many runs of `launch` takes.
+    // seconds of the fastest of many runs of `launch`
     const auto best = [&](const auto& launch) {
-        launch(); // warm-up
+        launch(); // the first launch warms the device up and is not measured
         double least = std::numeric_limits<double>::infinity(), spent = 0;
         for (int run = 0; run < kLeastRuns || spent < kSpanMs; ++run) {
             start.record(stream);
             launch();
             end.record(stream);
             GSC_CUDA_CHECK(cudaEventSynchronize(end.handle));
-            // note: an interval too short for the device's clock reads 0
+            // note: the device's clock may read 0 for a very short interval
             const double ms = std::max(end.since(start), 1e-4);
             least = std::min(least, ms);
             spent += ms;
@@ -51,7 +53,7 @@ DeviceCeilings measureCudaCeilings(uint32_t processors, uint64_t most_bytes)
         return least / 1000;
     };
     DeviceCeilings found;
-    MemoryBudget budget; // a budget of its own: everything is given back at the end
+    MemoryBudget budget; // a budget of its own, all of which is freed at the end
     DeviceArena sink_memory(budget), source_memory(budget), target_memory(budget);
     sink_memory.reserve(sizeof(uint32_t), "a measurement");
     auto* const sink = reinterpret_cast<uint32_t*>(sink_memory.get());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A frame of the CUDA renderer from submit() to the wait() that ends it: its own state, beside the buffers that all
-// frames share.
+// State of one frame of the CUDA renderer from submit() to the wait() that ends it. Frames also share buffers, which
+// are not in here.
 #pragma once
 
 #include "runtime/cuda/frame/frame_graph.h"
@@ -15,43 +15,45 @@ namespace gsc {
 struct Flight {
     explicit Flight(MemoryBudget& budget) : m_pictures(budget) {}
 
-    // Sets the targets of the next frame. Returns the bytes of its pictures for the host.
+    // Sets the targets of the next frame. Returns the bytes that its pictures for the host take on the device.
     uint64_t setTargets(const FrameRequest& request);
-    [[nodiscard]] uint64_t pictureBytes() const { return m_pictures.bytes(); } // reserved bytes
-    void placePictures()                                                       // Throws Error (OutOfMemory, Device)
+    [[nodiscard]] uint64_t pictureBytes() const { return m_pictures.bytes(); } // bytes reserved for the pictures
+    void placePictures()                                                       // throws Error (OutOfMemory, Device)
     {
         layOutIn(m_pictures, "the pictures", [this](ArenaLayout& layout) { layOut(layout); });
     }
-    // Asynchronous, behind the frame's graph.
+    // Enqueues the conversion of the pictures to their targets, behind the frame's graph.
     void present(const FrameBuffers& buffers, const CudaStream& stream);
 
-    // True if the frame has been drawn. Waits at most `most` for it.
+    // Waits up to `most` for the frame. Returns true if it has been drawn.
     [[nodiscard]] bool passed(std::chrono::nanoseconds most) const;
-    // Fills the targets on the host. Precondition: the frame is drawn.
-    [[nodiscard]] std::exception_ptr copyToHost(const CudaStream& stream) const; // the error, or null
-    void fillResult();                                                           // times and counts alone
+    // Copies pictures to the targets on the host. Precondition: the frame is drawn.
+    [[nodiscard]] std::exception_ptr copyToHost(const CudaStream& stream) const; // returns the error of a copy, or null
+    void fillResult();                                                           // sets times and counts in `result`
 
-    uint64_t ticket = 0; // 0 = free
-    bool ended = false;  // `result` and targets on the host are filled
+    uint64_t ticket = 0; // ticket of the frame; 0 = no frame is in flight here
+    bool ended = false;  // true once `result` and the targets on the host are filled
     FrameShape shape{};
     FrameResult result;
-    uint64_t anchors_absent = 0; // when it was submitted
+    uint64_t anchors_absent = 0; // number of anchors that were not on the device when the frame was submitted
     bool overflowed = false;
-    std::exception_ptr error{}; // error of the copy to the host
+    std::exception_ptr error{}; // error of copying pictures to the host, null = none
     Pinned<FrameCounters> counters;
-    bool presents = false;         // there are targets
-    CudaEvent start, drawn, ready; // before its graph; where it presents, behind its images; behind all
-    std::deque<std::unique_ptr<FrameGraph>> graphs; // the last used first
+    bool presents = false; // true if the frame has targets to fill
+    // passed before the frame's graph; behind the graph, or the pictures if it presents; behind everything
+    CudaEvent start, drawn, ready;
+    std::deque<std::unique_ptr<FrameGraph>> graphs; // graphs of different shapes, the last used first
 
 private:
     void layOut(ArenaLayout& layout);
 
     uint32_t m_eye_count = 0;
     uint32_t m_height[kMaxEyes] = {};
-    ColumnRange m_columns[kMaxEyes] = {}; // columns of each eye that are drawn
+    ColumnRange m_columns[kMaxEyes] = {}; // range of columns that is drawn, for each eye
     LensShape m_lens[kMaxEyes];
-    FrameTarget m_wanted[kMaxEyes] = {}, m_written[kMaxEyes] = {}; // targets of the caller; targets of the device
-    DeviceArena m_pictures;                                        // pictures for the host, in the format wanted
+    // targets of the caller; targets that the device writes
+    FrameTarget m_wanted[kMaxEyes] = {}, m_written[kMaxEyes] = {};
+    DeviceArena m_pictures; // pictures for the host, in their final format
 };
 
 } // namespace gsc

@@ -29,7 +29,7 @@ public:
     ~CudaHandOver() override
     {
         (void)cudaSetDevice(m_device.ordinal());
-        m_stream.reset(); // waits
+        m_stream.reset(); // destroys the stream after its copies have ended
         for (const auto& [id, block] : m_blocks)
             drop(block);
         (void)cudaDestroyExternalSemaphore(m_semaphore);
@@ -81,7 +81,7 @@ private:
     };
     static void drop(const Block& block)
     {
-        (void)cudaFree(block.mapped); // unmaps it
+        (void)cudaFree(block.mapped); // removes the mapping of the block
         (void)cudaDestroyExternalMemory(block.memory);
     }
 

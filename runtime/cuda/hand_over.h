@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of a GPU, handed over to a program interface that has memory and semaphores of its own on it, such as Vulkan.
-// Nothing here names a CUDA header.
+// Hands pictures of a GPU over to another program interface that has memory and semaphores on the same GPU, such as
+// Vulkan. Nothing here names a CUDA header.
 #pragma once
 
 #include <gsc/device.h>
@@ -13,27 +13,28 @@
 
 namespace gsc {
 
-// UUID by which CUDA and Vulkan know a GPU; none of another device, or without CUDA.
+// Returns the UUID by which CUDA and Vulkan identify a GPU; none if the device is no GPU, or without CUDA.
 std::optional<std::array<unsigned char, 16>> deviceUuid(const DeviceId& device);
 
-// From one thread at a time. All throw Error(Device).
+// Used from one thread at a time. All functions throw Error(Device).
 class HandOver {
 public:
-    virtual ~HandOver() = default; // waits for its copies; frees its view of the blocks
+    virtual ~HandOver() = default; // the destructor waits for copies and unmaps the blocks
 
-    // Memory of the other side as an opaque file descriptor, which is this one's from now on.
+    // Maps a block of the other interface's memory. `file` is an opaque file descriptor, which this object owns from
+    // now on.
     virtual void addBlock(uint32_t id, int file, size_t bytes) = 0;
-    virtual void dropBlock(uint32_t id) = 0; // waits for copies to it
+    virtual void dropBlock(uint32_t id) = 0; // waits for copies to the block and unmaps it
 
-    // Begins to copy. `from`: memory of the device whose content is there; it must not change until signal() of a value
-    // after this has been waited for.
+    // Begins to copy from device memory to a block. The content of `from` must be complete, and must not change until
+    // the value of a later signal() has been waited for.
     virtual void copy(uint32_t id, size_t offset, const void* from, size_t bytes) = 0;
-    // Sets the other side's timeline semaphore when every copy before is done; values rise.
+    // Sets the other interface's timeline semaphore to `value` when all earlier copies are done. Values must rise.
     virtual void signal(uint64_t value) = 0;
 };
 
-// Takes the other side's timeline semaphore as an opaque file descriptor, which it then owns. Returns null if the
-// device is no GPU. Throws Error(Device).
+// Opens the other interface's timeline semaphore. `semaphore_file` is an opaque file descriptor, which the result then
+// owns. Returns null if the device is no GPU. Throws Error(Device).
 std::unique_ptr<HandOver> makeHandOver(const DeviceId& device, int semaphore_file);
 
 } // namespace gsc

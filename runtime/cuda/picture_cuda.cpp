@@ -28,7 +28,7 @@ std::byte* allocateOnDevice(size_t bytes, int ordinal)
     return static_cast<std::byte*>(block);
 }
 
-// By whoever held the picture last: its thread keeps the device that it has.
+// Frees a block. The thread that held the picture last calls this; its current device is restored.
 void freeOnDevice(std::byte* block, int ordinal)
 {
     int own = ordinal;
@@ -74,14 +74,14 @@ private:
     std::shared_ptr<BlockPool> m_pool;
 };
 
-// Drawn in memory of the renderer's device (or the host, where that draws), copied to the pictures' device.
+// Copies pictures to another device. They are drawn in memory of the renderer's device, or of the host if that draws.
 class CudaBridge final : public PictureBridge {
 public:
     CudaBridge(int to, const Renderer& renderer)
         : m_from_host(renderer.onHost()), m_from(m_from_host ? to : renderer.id().ordinal), m_to(to), m_device(m_from)
     {
         m_stream.emplace();
-        if (!m_from_host) { // refused between GPUs without a link, which is no error
+        if (!m_from_host) { // refused, without error, between GPUs that cannot reach each other's memory
             (void)cudaDeviceEnablePeerAccess(m_to, 0);
             (void)cudaGetLastError();
         }
@@ -141,7 +141,8 @@ public:
     }
 
 private:
-    // A loss may show here first.
+    // Calls `act`; if it fails because a device is lost, marks that device as lost, since this may be where it first
+    // shows.
     template <typename Act>
     void guarded(const Act& act)
     {
@@ -158,18 +159,18 @@ private:
 
     bool m_from_host;
     int m_from, m_to;
-    CudaDevice m_device; // declared first: a lost device is reset after the stream and buffers are gone
+    CudaDevice m_device; // declared first, so that a lost device is reset only after the stream and buffers are gone
     std::optional<CudaStream> m_stream;
-    std::map<uint32_t, std::pair<std::byte*, size_t>> m_buffers; // key: slot
+    std::map<uint32_t, std::pair<std::byte*, size_t>> m_buffers; // buffers and their bytes, by slot
 };
 
 } // namespace
 
-// Memory of the process that is locked, not memory of the driver: a device that is reset takes the driver's with it.
+// Allocates memory of the process and locks it. Memory from the driver would be lost if a device is reset.
 std::byte* allocatePageLocked(size_t bytes, int place)
 {
     std::byte* const block = allocatePages(bytes, place);
-    (void)cudaHostRegister(block, bytes, cudaHostRegisterPortable); // copies go without, only slower
+    (void)cudaHostRegister(block, bytes, cudaHostRegisterPortable); // without locking, copies work, too, but slower
     (void)cudaGetLastError();
     return block;
 }
@@ -199,7 +200,7 @@ std::string cudaLink(int from, int to)
         (void)cudaGetLastError();
         return "host";
     }
-    int atomics = 0; // native atomics between devices: NVLink has them, PCIe has not
+    int atomics = 0; // devices linked by NVLink have native atomics on each other's memory, those on PCIe have not
     (void)cudaDeviceGetP2PAttribute(&atomics, cudaDevP2PAttrNativeAtomicSupported, from, to);
     return atomics != 0 ? "NVLink" : "PCIe";
 }

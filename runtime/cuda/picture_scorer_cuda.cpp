@@ -25,7 +25,7 @@ FilterWeights weightsOf(const std::vector<double>& kernel)
 class CudaScorer final : public PictureScorer {
 public:
     explicit CudaScorer(int ordinal) : m_device(ordinal) {}
-    // declared first: the members below give memory back to it
+    // makes the device current again, because the members then free memory on it
     ~CudaScorer() override { (void)cudaSetDevice(m_device.ordinal()); }
 
     PictureScores score(uint32_t eye, const PictureRef& image, const PictureRef& exact,
@@ -62,17 +62,18 @@ private:
         uint32_t width = 0, height = 0;
         float *last_error = nullptr, *last_image = nullptr;
     };
-    struct Room {              // memory shared by all eyes
-        float* copies[2] = {}; // copies of pictures from the host
+    struct Room {              // memory that all eyes use in turn
+        float* copies[2] = {}; // copies of pictures that came from the host
         SquareSums* squares = nullptr;
         double* square_values = nullptr;
         SquareFlip* square_flips = nullptr;
-        float* planes[2][3] = {}; // opponent, of image and exact
+        float* planes[2][3] = {}; // three planes in opponent colours, of the picture and of the exact one
         FlipFeatures* features[2] = {};
         float* scratch[5] = {};
     };
 
-    // Pictures of another size have no predecessor, so state of earlier pictures may go.
+    // Makes room for pictures of this size. If the size changes, the state of earlier pictures is lost, which does no
+    // harm: they cannot be compared with these.
     void makeRoom(uint32_t eye, uint32_t width, uint32_t height, const ScoreRequest& request)
     {
         const size_t pixels = size_t(width) * height;
@@ -85,7 +86,8 @@ private:
             });
         own.width = width;
         own.height = height;
-        m_with_ssim = m_with_ssim || request.ssim; // keeps the memory: it does not come and go
+        // once needed, the memory is kept, so that it is not allocated again and again
+        m_with_ssim = m_with_ssim || request.ssim;
         m_with_flip = m_with_flip || request.flip;
         m_room = layOutIn(m_memory, "scores of pictures", [&](ArenaLayout& layout) {
             Room room;
@@ -118,7 +120,7 @@ private:
         return m_room.copies[slot];
     }
 
-    // One value for each square, once all that was launched has written them.
+    // Returns one value for each square, after waiting for the kernels that write them.
     template <typename T>
     const std::vector<T>& fetched(const T* squares, std::vector<T>& into)
     {
@@ -162,7 +164,7 @@ private:
         filterColumnsCuda(columns, m_stream.handle);
     }
 
-    // Features come from the plane that is not filtered yet.
+    // Computes what FLIP needs of one picture; features are computed from the planes before these are filtered.
     void prepareFlip(const PicturePair& pair, size_t which)
     {
         float* const* const planes = m_room.planes[which];
@@ -208,7 +210,7 @@ private:
             scores.fovea[part].flip = sums[part];
     }
 
-    CudaDevice m_device; // before everything that it holds
+    CudaDevice m_device; // declared first, because the members below hold memory of it
     MemoryBudget m_budget;
     CudaStream m_stream;
     Eye m_eyes[kMaxEyes] = {Eye(m_budget), Eye(m_budget)};

@@ -16,7 +16,7 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kGraphs = 8; // kept for frames to come, per frame in flight
+constexpr size_t kGraphs = 8; // most graphs that each flight keeps for later frames
 
 class CudaRenderer final : public Renderer {
 public:
@@ -27,7 +27,7 @@ public:
         m_budget.used = m_device.contextBytes();
     }
 
-    // declared first: the members below give memory back to it
+    // makes the device current again, because the members then free memory on it
     ~CudaRenderer() override { (void)cudaSetDevice(m_device.ordinal()); }
 
     [[nodiscard]] DeviceId id() const override { return {"cuda", m_device.ordinal()}; }
@@ -52,12 +52,12 @@ public:
         checkModel(model);
         for (Flight& flight : m_flights)
             flight.ticket = 0;
-        giveFramesBack(); // a model that is larger than the last may need it
+        giveFramesBack(); // frees the memory of frames, which a larger model may need
         m_reuse.drop();
         m_coarse.release();
         try {
             guarded([&] {
-                // other models draw in `exact`, which needs all of the model
+                // a model that tier fast cannot draw is drawn in tier exact, which needs all of the model at once
                 if (m_first_picture && canDecodeFast(model))
                     m_scene.loadFrame(model, m_stream);
                 else
@@ -82,7 +82,7 @@ public:
             flight.graphs.clear();
         m_reuse.drop();
         m_coarse.release();
-        forgetLoad(); // later frames are drawn as after load(), but in buffers that have grown
+        forgetLoad(); // later frames are drawn as after load(), but in buffers that have grown already
     }
 
     uint64_t submit(const FrameRequest& request) override;
@@ -93,7 +93,7 @@ public:
     }
 
 private:
-    // Errors that only a broken context causes mark the device as lost.
+    // Calls `body`; an error that only a broken context causes marks the device as lost.
     template <typename Body>
     auto guarded(const Body& body) -> decltype(body())
     {
@@ -123,7 +123,7 @@ private:
     {
         return shape.coarse ? static_cast<const FrameReuse*>(&m_coarse) : shape.uses_reuse ? &m_reuse : nullptr;
     }
-    // a pass would decode only some of the entries
+    // with several passes, each pass would decode only some of the entries
     static bool reuses(const FrameShape& shape, uint32_t passes) { return shape.uses_reuse && passes == 1; }
     [[nodiscard]] uint64_t frameBytes(FrameShape shape, const FrameCapacity& capacity) const;
     [[nodiscard]] uint32_t gapsOf(const FrameShape& shape, uint32_t slots, uint32_t passes) const
@@ -138,28 +138,28 @@ private:
     [[nodiscard]] uint64_t freeForFrames() const;
     [[nodiscard]] FrameRoom roomFor(const FrameShape& shape) const;
     void planCapacity(const FrameShape& shape, const FrameRoom& room);
-    void forgetLoad() // forgets earlier frames
+    void forgetLoad() // makes the next frame be planned as the first one of a model
     {
         m_free = freeForFrames();
         m_history.forget();
         m_planned.reset();
     }
-    void giveFramesBack() // their memory
+    void giveFramesBack() // frees the buffers and graphs of all frames
     {
         for (Flight& flight : m_flights)
             flight.graphs.clear();
         m_arena.release();
     }
     void bringAnchors(const EyeParams& eye, bool all);
-    // Arguments that the frame's graph is launched with.
+    // Returns the arguments with which the frame's graph is launched.
     const FrameNow& beginNow(const FrameShape& shape, const FrameNow& plain, const FrameRequest& request,
                              uint32_t flight);
     const FrameNow& beginCoarse(const FrameShape& shape, const FrameRequest& request);
     FrameGraph& graphFor(const FrameShape& shape, const FrameNow& now, uint32_t flight);
     void end(Flight& flight);
 
-    CudaDevice m_device;   // before everything that it holds
-    MemoryBudget m_budget; // before everything that gives memory back to it
+    CudaDevice m_device;   // declared before all members that hold memory of it
+    MemoryBudget m_budget; // declared before all members that give memory back to it
     CudaStream m_stream, m_copies;
     Flight m_flights[kFramesInFlight] = {Flight(m_budget), Flight(m_budget)};
     DeviceScene m_scene;
@@ -168,9 +168,9 @@ private:
     CudaCoarse m_coarse;
     DeviceArena m_arena{m_budget};
     LodLag m_lag;
-    FrameNow m_now{}; // state of the frame submitted last
+    FrameNow m_now{}; // arguments of the frame submitted last
     uint64_t m_last = 0;
-    struct Begun { // settings that m_now was made for
+    struct Begun { // settings for which m_now was made
         uint64_t ticket = 0;
         uint32_t eye_count = 0;
         ReusePolicy policy = ReusePolicy::None;
@@ -179,11 +179,11 @@ private:
         bool operator==(const Begun&) const = default;
     };
     Begun m_begun;
-    uint64_t m_pictures = 0; // most bytes that a frame's pictures for the host took
+    uint64_t m_pictures = 0; // most bytes that the pictures for the host of one frame have taken
     FrameBuffers m_buffers{};
     FrameCapacity m_capacity;
     FrameHistory m_history;
-    struct Plan { // settings that the capacity was last planned for
+    struct Plan { // settings for which the capacity was planned last
         bool exact, uses_reuse, coarse;
         uint32_t eye_count, lists, bins;
         uint64_t bytes;
@@ -191,10 +191,10 @@ private:
         bool operator==(const Plan&) const = default;
     };
     std::optional<Plan> m_planned;
-    uint64_t m_free = 0; // bytes of the device that frames may take
+    uint64_t m_free = 0; // bytes of device memory that frames may take
 };
 
-// Bytes of a frame's buffers, however their bins are cut.
+// Bytes of a frame's buffers for any number of slabs that may be chosen.
 uint64_t CudaRenderer::frameBytes(FrameShape shape, const FrameCapacity& capacity) const
 {
     shape.grid.slab_bits = slabBits(capacity.slots);
@@ -203,7 +203,7 @@ uint64_t CudaRenderer::frameBytes(FrameShape shape, const FrameCapacity& capacit
     return counted.bytes();
 }
 
-// Bytes of device memory that model and kept Gaussians leave free, less a reserve for other users.
+// Bytes of device memory that the model and kept Gaussians leave free, less a sixteenth as reserve for others.
 uint64_t CudaRenderer::freeForFrames() const
 {
     size_t left = 0, total = 0;
@@ -214,7 +214,7 @@ uint64_t CudaRenderer::freeForFrames() const
 
 FrameRoom CudaRenderer::roomFor(const FrameShape& shape) const
 {
-    // every frame in flight counts as if it had the largest pictures, so that it does not matter which have them by now
+    // every flight counts with the largest pictures so far, so that plans do not depend on which flight has had them
     uint64_t others = m_budget.used - m_arena.bytes() + kFramesInFlight * m_pictures;
     for (const Flight& flight : m_flights)
         others -= flight.pictureBytes();
@@ -237,7 +237,7 @@ FrameRoom CudaRenderer::roomFor(const FrameShape& shape) const
     return room;
 }
 
-// Plans once for every kind of frame and amount of free memory.
+// Plans the capacity once for each kind of frame and amount of memory.
 void CudaRenderer::planCapacity(const FrameShape& shape, const FrameRoom& room)
 {
     const Plan plan{shape.exact,   shape.uses_reuse, shape.coarse, shape.eye_count,
@@ -248,7 +248,8 @@ void CudaRenderer::planCapacity(const FrameShape& shape, const FrameRoom& room)
     m_capacity = plannedCapacity(room, m_capacity);
 }
 
-// The first frame waits for near anchors; later ones take the anchors read so far, so that they stay fast.
+// Uploads anchors before a frame. The first frame waits for those near the eye; later ones take what has been read so
+// far, and stay fast. `all`: waits for all anchors.
 void CudaRenderer::bringAnchors(const EyeParams& eye, bool all)
 {
     using namespace std::chrono_literals;
@@ -261,7 +262,7 @@ void CudaRenderer::bringAnchors(const EyeParams& eye, bool all)
     while (m_scene.runsThere() == 0 && !m_scene.whole());
 }
 
-// Memory of entries is taken before that of frames, which get the rest.
+// Prepares reuse or coarse copies, whose memory is reserved before that of frames: frames get the rest.
 const FrameNow& CudaRenderer::beginNow(const FrameShape& shape, const FrameNow& plain, const FrameRequest& request,
                                        uint32_t flight)
 {
@@ -294,8 +295,8 @@ const FrameNow& CudaRenderer::beginNow(const FrameShape& shape, const FrameNow& 
     return m_reuse.begin(m_now, shape.eye_count, options, flight, m_stream);
 }
 
-// Copies take a share of the memory that the largest pictures leave, so that it does not matter which frames have had
-// pictures so far.
+// Prepares coarse copies. They get a share of the memory that the largest pictures so far leave, so that plans do not
+// depend on which flight has had them.
 const FrameNow& CudaRenderer::beginCoarse(const FrameShape& shape, const FrameRequest& request)
 {
     if (m_coarse.needsMemory()) {
@@ -315,8 +316,8 @@ FrameGraph& CudaRenderer::graphFor(const FrameShape& shape, const FrameNow& now,
     if (m_arena.reserve(frameBytes(shape, m_capacity), "a frame"))
         for (Flight& any : m_flights)
             any.graphs.clear();
-    // note: an arena that is large enough is laid out anew for every shape, which moves the buffers of the other graphs
-    // too; each graph has its own addresses, and frames follow each other
+    // note: the arena is laid out anew for every shape, which moves the buffers that other graphs use; that is
+    // allowed, because each graph keeps its own addresses and frames do not overlap
     ArenaLayout layout(m_arena.get());
     m_buffers = layOutFrame(layout, m_scene, shape, m_capacity, m_device.limits());
     const FrameJob job{m_scene, shape, now, m_capacity, m_buffers, m_device.limits(), flight};
@@ -355,14 +356,14 @@ uint64_t CudaRenderer::begin(const FrameRequest& request)
         plain.bands[e] = eyeBand(plain.eyes[e], options.columns);
     }
     shape.depths = std::ranges::any_of(request.targets, &FrameTarget::hasDepth);
-    // a repeated frame draws the anchors that it drew
+    // a frame that repeats another one draws the same anchors, so none are uploaded before it
     if (!m_scene.whole() && (request.repeats == 0 || request.repeats != m_last))
         bringAnchors(plain.eyes[0], shape.exact);
     plain.run_count = m_scene.runsThere();
     flight.anchors_absent = m_scene.anchorsAbsent();
     if (shape.exact && !m_scene.exactLoaded()) {
         m_coarse.release();
-        giveFramesBack(); // the fp32 model may need the memory of frames in `fast`
+        giveFramesBack(); // frees the memory of frames, which the fp32 model may need
         m_scene.loadExact(m_stream);
         m_free = freeForFrames();
     }
@@ -376,7 +377,7 @@ uint64_t CudaRenderer::begin(const FrameRequest& request)
         m_scene.useAppearance(options.appearance, m_stream);
     if (const uint64_t bytes = flight.setTargets(request); bytes > m_pictures) {
         m_pictures = bytes;
-        giveFramesBack(); // copies take a share of the memory that pictures leave
+        giveFramesBack(); // the coarse copies' share depends on the size of pictures, which has grown
     }
     flight.placePictures();
     const FrameNow& now = beginNow(shape, plain, request, index);
@@ -418,7 +419,7 @@ FrameState CudaRenderer::wait(uint64_t ticket, FrameResult& result, std::chrono:
     return flight.overflowed ? FrameState::Overflowed : FrameState::Done;
 }
 
-// Ends a frame that is drawn, after those before it. Errors are stored, and thrown by wait() of that frame.
+// Ends a frame that has been drawn, after those before it. An error is stored; wait() for that frame throws it.
 void CudaRenderer::end(Flight& flight)
 {
     const FrameCounters& c = *flight.counters.data;

@@ -7,7 +7,7 @@
 
 namespace gsc {
 
-// Throws Error as lookAtCudaDevice() says, or OutOfMemory.
+// Makes a renderer on a GPU. Throws Error as lookAtCudaDevice() says, or OutOfMemory.
 std::unique_ptr<Renderer> makeCudaRenderer(int ordinal, const RendererOptions& options);
 
 } // namespace gsc

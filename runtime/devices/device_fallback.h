@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fallback to the CPU for models that a machine's better device cannot draw, if the caller leaves the choice.
+// Falls back to the CPU for a model that the machine's better device cannot draw, if the user left the choice of
+// device.
 #pragma once
 
 #include <gsc/device.h>
 
 namespace gsc {
 
-// Returns open(asked). With "auto", if that throws for want of a device, of its memory or of its support: open({"cpu"}), after
-// passOver(reason). `taken` is the device that open() has come to, or `asked`.
+// Returns open(asked). If "auto" was asked for and that throws because a device, its memory or its support is missing,
+// calls passOver(reason) and returns open({"cpu"}). `taken` receives the device that was opened, or `asked` if open()
+// threw.
 template <typename Open, typename PassOver>
 auto orOnCpu(const DeviceId& asked, const DeviceId& taken, const Open& open, const PassOver& passOver)
 {

@@ -15,7 +15,7 @@ namespace {
 
 struct Entry {
     const char* name;
-    int (*count)(); // devices
+    int (*count)(); // function that returns the number of devices
     DeviceInfo (*look)(int ordinal);
     std::unique_ptr<Renderer> (*make)(int ordinal, const RendererOptions& options);
 };
@@ -35,7 +35,7 @@ DeviceInfo oneCore(int)
     return {{"cpu-reference", 0}, true, {}, "scalar, one thread; slow, for comparison"};
 }
 
-// Best first. A device's backend joins here, under the macro that says it was built.
+// Backends of this build, the best first. A new backend is added here, under the macro that says that it was built.
 constexpr Entry kEntries[] = {
 #if defined(GSC_HAVE_CUDA)
     {"cuda", cudaDeviceCount, lookAtCudaDevice, makeCudaRenderer},

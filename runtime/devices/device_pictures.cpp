@@ -52,7 +52,7 @@ std::unique_ptr<PictureBridge> bridgeTo([[maybe_unused]] const PictureMemory& me
 #if defined(GSC_HAVE_CUDA)
     return cudaBridge(memory, renderer);
 #else
-    return nullptr; // host memory takes from all
+    return nullptr; // host memory is reached from every renderer, so no bridge is needed
 #endif
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes the scorer for a renderer's pictures.
+// Makes the scorer for the pictures of a renderer.
 #pragma once
 
 #include "runtime/metrics/picture_scorer.h"
@@ -7,11 +7,11 @@
 
 namespace gsc {
 
-// Makes a scorer that takes pictures on the renderer's device; null if that is the host or cannot score. Throws
+// Makes a scorer that takes pictures on the renderer's device; null if that is the CPU, or cannot score. Throws
 // Error(Device).
 std::unique_ptr<PictureScorer> makeDeviceScorer(const Renderer& renderer);
 
-// Bytes of a device's memory that are free now; 0 where it is the host.
+// Bytes of a device's memory that are free now; 0 if the device is the CPU.
 uint64_t freeDeviceBytes(const DeviceId& device);
 
 } // namespace gsc

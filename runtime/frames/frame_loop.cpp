@@ -35,7 +35,7 @@ struct FrameLoop::Flying {
 class FrameLoop::Flights {
 public:
     explicit Flights(Renderer& renderer) : m_renderer(renderer) {}
-    // The renderer draws into pictures that go with this.
+    // Waits for the frames in flight, because the renderer draws into memory that is freed here.
     ~Flights()
     {
         for (const std::unique_ptr<Flying>& flying : m_flying)
@@ -43,7 +43,7 @@ public:
                 FrameResult ignored;
                 if (flying->submitted)
                     (void)m_renderer.wait(flying->ticket, ignored);
-            } catch (...) { // the caller already has the first error
+            } catch (...) { // ignored: the caller already has the first error
             }
     }
     Flights(const Flights&) = delete;
@@ -53,7 +53,7 @@ public:
 
     Flying& add() { return *m_flying.emplace_back(m_spare ? std::move(m_spare) : std::make_unique<Flying>()); }
 
-    // Waits for the oldest, which then stays until the next is added or ended.
+    // Waits for the oldest frame. The result is valid until the next add() or end().
     Flying& end(TimedFrame& timed)
     {
         Flying& flying = *m_flying.front();

@@ -25,9 +25,9 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kMaxSide = 32768; // pixels
+constexpr uint32_t kMaxSide = 32768; // largest width and height of an image, pixels
 
-// Extensions of images that may be written; lower-case.
+// Extensions of images that this build can write, in lower case.
 #ifdef GSC_WITH_OIIO
 constexpr std::string_view kExtensions[] = {".pfm", ".png", ".exr"};
 #else
@@ -35,7 +35,8 @@ constexpr std::string_view kExtensions[] = {".pfm"};
 #endif
 
 #ifdef GSC_WITH_OIIO
-// If threads are short, keeps OpenImageIO's pools from starting any: they assume that a thread can always be started.
+// Loads the module for OpenImageIO. If the system is short of threads, the module then starts none: OpenImageIO
+// assumes that a thread can always be started.
 const OiioImageFunctions& loadOiio()
 {
     const bool are_short = threadsAreShort(0);
@@ -49,7 +50,8 @@ const OiioImageFunctions& loadOiio()
 }
 #endif
 
-// Functions that read and write every kind of image but PFM. Throws Error(Unsupported) where the build has none.
+// Returns the functions that read and write every kind of image but PFM. Throws Error(Unsupported) if the build has
+// none.
 const OiioImageFunctions& oiio([[maybe_unused]] const std::string& path)
 {
 #ifdef GSC_WITH_OIIO
@@ -85,11 +87,11 @@ std::string extensionOf(const std::string& path)
     return extension;
 }
 
-// Portable float map: text header, then rows bottom up, little-endian (scale -1).
+// Writes a portable float map: a text header, then rows from bottom to top, little-endian (scale -1).
 void writePfm(OutputFile& file, const Image& image)
 {
     static_assert(std::endian::native == std::endian::little);
-    constexpr size_t kBlock = size_t(1) << 20; // bytes
+    constexpr size_t kBlock = size_t(1) << 20; // rows are written in blocks of about this many bytes
     std::string block = formatString("PF\n%u %u\n-1.0\n", image.width, image.height);
     const size_t row = size_t(image.width) * 3;
     for (uint32_t y = image.height; y-- > 0;) {
@@ -108,7 +110,7 @@ Image readPfm(const std::string& path)
     long width = 0, height = 0;
     double scale = 0;
     file >> std::setw(16) >> magic >> width >> height >> scale;
-    file.get(); // the one whitespace that ends the header
+    file.get(); // exactly one whitespace character ends the header
     if (magic != "PF")
         throw Error(ErrorCode::InvalidFile, path, "no colour PFM image", "it to start with PF",
                     "convert it to a colour image");
@@ -122,7 +124,7 @@ Image readPfm(const std::string& path)
     image.width = uint32_t(width);
     image.height = uint32_t(height);
     const size_t row = size_t(width) * 3;
-    // row by row, so that a header that lies about the size costs no memory
+    // read row by row, so that a header with a wrong size costs no memory
     std::vector<float> bottom_up;
     for (long y = 0; y < height; ++y) {
         bottom_up.resize(bottom_up.size() + row);
@@ -131,7 +133,7 @@ Image readPfm(const std::string& path)
             throw Error(ErrorCode::InvalidFile, path, formatString("ends in row %ld of %ld", y, height), "all of them",
                         "copy or write the image again");
     }
-    if (scale > 0) // big-endian
+    if (scale > 0) // a positive scale means big-endian
         for (float& value : bottom_up)
             value = std::bit_cast<float>(__builtin_bswap32(std::bit_cast<uint32_t>(value)));
     image.pixels.reserve(bottom_up.size());

@@ -14,7 +14,7 @@ namespace gsc {
 
 namespace {
 
-constexpr int kMaxSide = 32768; // pixels
+constexpr int kMaxSide = 32768; // largest width and height of an image, pixels
 
 template <typename T>
 std::vector<T> quantised(const Image& image)
@@ -24,7 +24,7 @@ std::vector<T> quantised(const Image& image)
     return out;
 }
 
-// In memory: OpenImageIO's PNG writer does not notice that its last buffer found no room.
+// Encodes an image in memory: OpenImageIO's PNG writer does not notice if the disk is full at its last buffer.
 std::vector<unsigned char> encodeAs(OIIO::ImageOutput& output, const std::string& path, OIIO::ImageSpec spec,
                                     OIIO::TypeDesc type, const void* pixels)
 {
@@ -64,7 +64,7 @@ std::vector<unsigned char> encodeOiioImage(const std::string& path, const std::s
     OIIO::ImageSpec spec(int(image.width), int(image.height), 3, OIIO::TypeDesc::FLOAT);
     if (extension == ".exr") {
         spec.attribute("compression", "zip");
-        // OpenImageIO would put the time in, and the same picture would not be the same bytes
+        // without it OpenImageIO writes the current time, and equal pictures would give different bytes
         spec.attribute("DateTime", "1970:01:01 00:00:00");
         return encodeAs(*output, path, spec, OIIO::TypeDesc::FLOAT, image.pixels.data());
     }
@@ -92,7 +92,7 @@ Image readOiioImage(const std::string& path)
         throw Error(ErrorCode::Unsupported, path,
                     formatString("has %d channel%s", spec.nchannels, spec.nchannels == 1 ? "" : "s"),
                     "red, green and blue", "convert it to a colour image");
-    // integers are divided here: OpenImageIO multiplies by a rounded reciprocal
+    // whole numbers are divided here, because OpenImageIO multiplies by a rounded reciprocal
     if (spec.format == OIIO::TypeDesc::UINT8)
         return readAs<uint8_t>(*input, path, OIIO::TypeDesc::UINT8, 255);
     if (spec.format == OIIO::TypeDesc::UINT16)
@@ -100,7 +100,8 @@ Image readOiioImage(const std::string& path)
     return readAs<float>(*input, path, OIIO::TypeDesc::FLOAT, 1);
 }
 
-// the pool of OpenEXR; OpenImageIO's own is set by the environment, since a call would start it
+// Switches off the pool of threads of OpenEXR. OpenImageIO's own pool is switched off by the environment, because a
+// call would start it.
 void startNoOiioThreads()
 {
     OIIO::attribute("exr_threads", -1);

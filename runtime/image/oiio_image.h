@@ -9,18 +9,18 @@
 
 namespace gsc {
 
-// Threads that OpenVDB's log, which OpenImageIO brings along, starts when it is loaded.
+// Number of threads that start when the module is loaded: those of OpenVDB's log, which comes with OpenImageIO.
 constexpr size_t kOiioThreads = 4;
 
 struct OiioImageFunctions {
-    // Before the first picture: no pools of threads for it.
+    // Keeps the libraries from starting threads; call it before the first picture.
     void (*startNoThreads)();
 
-    // The bytes of the file. `extension` (".png", ".exr") decides the format, `path` is for messages. Throws Error:
-    // Unsupported, Internal.
+    // Returns the bytes of an image file. `extension` (".png", ".exr") decides the format; `path` is named in
+    // messages. Throws Error: Unsupported, Internal.
     std::vector<unsigned char> (*encode)(const std::string& path, const std::string& extension, const Image& image,
                                          PixelDepth depth);
-    // Throws Error (Io, InvalidFile, Unsupported).
+    // Reads an image file. Throws Error (Io, InvalidFile, Unsupported).
     Image (*read)(const std::string& path);
 };
 

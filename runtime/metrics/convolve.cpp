@@ -8,7 +8,7 @@ namespace gsc {
 
 namespace {
 
-// One row, padded by the kernel's radius on both sides so that the inner loop has no test.
+// Copies one row with a border of the kernel's radius on both sides, so that the inner loop needs no test.
 void padRow(std::span<const float> row, size_t radius, Border border, std::vector<float>& padded)
 {
     const size_t width = row.size();

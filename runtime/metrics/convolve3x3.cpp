@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lanes are output channels: an input is broadcast once and multiplies the weights of two vectors of them, for a tile of
-// pixels whose sums stay in registers.
+// SIMD lanes are output channels. An input value is broadcast once and multiplied with the weights of two vectors of
+// output channels. The sums of a tile of pixels stay in registers.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "runtime/metrics/convolve3x3.cpp"
 #include <hwy/foreach_target.h>
@@ -17,8 +17,8 @@
 #ifndef GSC_CONVOLVE_CHUNK
 #define GSC_CONVOLVE_CHUNK
 namespace gsc {
-// Input channels taken at once: their weights, 18 KiB, stay in the first cache while a strip of rows passes, and a cache
-// line of each pixel is used whole.
+// Number of input channels that are added at once. Their weights (18 KiB) stay in the first-level cache while a strip
+// of rows passes, and whole cache lines of each pixel are used.
 constexpr uint32_t kConvolveChunk = 16;
 constexpr uint32_t kTaps = 9;
 } // namespace gsc
@@ -28,10 +28,11 @@ HWY_BEFORE_NAMESPACE();
 namespace gsc {
 namespace HWY_NAMESPACE {
 
-// 24 sums of 32 registers with AVX-512, 12 of 16 before it.
+// Pixels of a tile, two vectors of sums each: 24 of 32 registers with AVX-512, otherwise 12 of 16.
 constexpr size_t kTilePixels = HWY_TARGET <= HWY_AVX3 ? 12 : 6;
 
-// Adds the `count` input channels at `in`; the first time the sums start from the bias, the last time they are rectified.
+// Adds `count` input channels at `in` to the sums of a tile. The sums start from `bias` if it is not null, else from
+// `out`; `last`: negative sums become 0.
 template <size_t... I>
 HWY_INLINE void convolveTile(D d, std::index_sequence<I...>, const ConvolveArgs& args, const float* in,
                              const float* weight, uint32_t count, const float* bias, bool last, float* out)
@@ -84,7 +85,7 @@ double unitDistanceRow(const float* a, const float* b, size_t pixel_pitch, uint3
 {
     const D d;
     const size_t lanes = hn::Lanes(d);
-    constexpr float kTiny = 1e-10f; // the metric's constant: avoids division by zero for a pixel without any feature
+    constexpr float kTiny = 1e-10f; // a constant of LPIPS: avoids division by zero for a pixel without any feature
     double total = 0;
     for (uint32_t x = 0; x < width; ++x, a += pixel_pitch, b += pixel_pitch) {
         V squares_a = hn::Zero(d), squares_b = hn::Zero(d), sum = hn::Zero(d);

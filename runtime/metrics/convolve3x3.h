@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The inner loops of LPIPS. Pixels lie in rows, the channels of a pixel together.
+// The inner loops of LPIPS. Pixels are stored in rows; the channels of a pixel lie side by side.
 #pragma once
 
 #include <cstddef>
@@ -9,29 +9,31 @@
 
 namespace gsc {
 
-// Widths are computed in multiples of this many pixels: rows have room for a multiple, and two columns of border more.
+// Rows are computed in tiles of this many pixels: they have room for a multiple of it and for two columns of border.
 constexpr uint32_t kConvolveTile = 12;
-constexpr uint32_t kConvolveBlock = 32; // output channels whose weights lie together; counts are multiples of it
+// output channels are computed in blocks of this many, whose weights lie together
+constexpr uint32_t kConvolveBlock = 32;
 
 struct ConvolveArgs {
-    const float* in;           // the pixel above and left of the first output
-    size_t in_pixel, in_row;   // floats
-    uint32_t in_channels;      // at most 16, or a multiple of 16
-    const float* weight;       // packConvolution()
-    const float* bias;         // per output channel
-    float* out;                // the first pixel
-    size_t out_pixel, out_row; // floats
-    uint32_t out_channels;     // a multiple of kConvolveBlock
-    uint32_t rows, tiles;      // rows; tiles of kConvolveTile pixels in each
+    const float* in;           // address of the input pixel above and left of the first output pixel
+    size_t in_pixel, in_row;   // distances from one pixel, and from one row, to the next, in floats
+    uint32_t in_channels;      // number of input channels: at most 16, or a multiple of 16
+    const float* weight;       // weights in the order of packConvolution()
+    const float* bias;         // bias of each output channel
+    float* out;                // address of the first output pixel
+    size_t out_pixel, out_row; // distances from one pixel, and from one row, to the next, in floats
+    uint32_t out_channels;     // number of output channels: a multiple of kConvolveBlock
+    uint32_t rows, tiles;      // number of rows; number of tiles of kConvolveTile pixels in each row
 };
 
-// [out][in][3][3] as convolve3x3() reads it.
+// Sorts weights [out][in][3][3] into the order in which convolve3x3() reads them.
 std::vector<float> packConvolution(std::span<const float> weight, uint32_t in_channels, uint32_t out_channels);
 
-// out = max(0, bias + in * weight).
+// Computes out = max(0, bias + in * weight), where * is a 3 x 3 convolution.
 void convolve3x3(const ConvolveArgs& args);
 
-// Sum over a row's pixels of sum_c head[c] (a[c] / |a| - b[c] / |b|)^2; `channels` is a multiple of 16.
+// Returns the sum over the pixels of a row of sum_c head[c] (a[c] / |a| - b[c] / |b|)^2. `channels` is a multiple of
+// 16.
 double unitDistance(const float* a, const float* b, size_t pixel_pitch, uint32_t width, uint32_t channels,
                     const float* head);
 

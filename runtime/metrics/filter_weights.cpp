@@ -9,9 +9,10 @@ namespace gsc {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kFeatureWidth = 0.082; // degrees, w of the edge and point detectors
+// width of FLIP's edge and point detectors (w in the paper), degrees of the view
+constexpr double kFeatureWidth = 0.082;
 
-// a exp(-b f^2) over frequency; in space each is a sqrt(pi / b) exp(-pi^2 d^2 / b), d in degrees.
+// A Gaussian a exp(-b f^2) over the frequency f; in space it is a sqrt(pi / b) exp(-pi^2 d^2 / b), d in degrees.
 struct Sensitivity {
     double a[2], b[2];
 };
@@ -44,7 +45,7 @@ std::vector<double> ssimWindow()
 
 std::vector<SensitivityTerm> sensitivityTerms(uint32_t channel, double pixels_per_degree)
 {
-    constexpr double kWidestB = 0.04; // all three channels have one radius
+    constexpr double kWidestB = 0.04; // the largest b of all channels, so that all kernels have one radius
     const int radius = int(std::ceil(3 * std::sqrt(kWidestB / (2 * kPi * kPi)) * pixels_per_degree));
     const Sensitivity& sensitivity = kSensitivity[channel];
     std::vector<SensitivityTerm> terms;
@@ -64,7 +65,7 @@ std::vector<SensitivityTerm> sensitivityTerms(uint32_t channel, double pixels_pe
         total += weights.back() * sum * sum;
         terms.push_back({std::move(kernel), 0});
     }
-    for (size_t term = 0; term < terms.size(); ++term) // all terms together have unit weight
+    for (size_t term = 0; term < terms.size(); ++term) // the weights of all terms together add up to 1
         terms[term].share = float(weights[term] / total);
     return terms;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// LDR-FLIP on a CPU; kernels/metrics/flip_rules.h has the arithmetic of a pixel, and says whose it is.
+// LDR-FLIP on a CPU. kernels/metrics/flip_rules.h has the arithmetic of a pixel, and names its authors.
 #include "runtime/metrics/metrics.h"
 
 #include "kernels/metrics/flip_rules.h"
@@ -14,7 +14,7 @@ namespace gsc {
 
 namespace {
 
-// Planes of the achromatic, red-green and blue-yellow channels.
+// Planes of the achromatic, the red-green and the blue-yellow channel.
 struct Opponent {
     std::vector<float> plane[3];
 };

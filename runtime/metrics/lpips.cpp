@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strips of rows of both pictures pass a whole stage at once, so that no stage is held as a whole: at 1920x1080 the
-// first stage alone has 531 MB for one picture. A strip computes again the few rows around it that its neighbours
-// compute too.
+// LPIPS on a CPU. Strips of rows of both pictures pass through a whole stage at once, so that no stage is held as a
+// whole: at 1920x1080 the output of the first stage has 531 MB for one picture. A strip computes again the few rows
+// around it that its neighbours compute, too.
 #include "runtime/metrics/lpips.h"
 
 #include "kernels/threads/parallel.h"
@@ -19,12 +19,12 @@ namespace {
 constexpr float kLpipsShift[3] = {-0.030f, -0.088f, -0.188f};
 constexpr float kLpipsScale[3] = {0.458f, 0.448f, 0.450f};
 
-// Room between pixels, so that those of a power of two channels do not compete for the same lines of a cache.
+// Floats between pixels in memory, so that pixels of a power of two channels do not compete for the same cache lines.
 constexpr size_t kPixelRoom = 16;
 constexpr uint32_t kMostStripRows = 16;
 constexpr uint32_t kFewestStripRows = 4;
 
-// A whole picture, or the output of a stage: rows of pixels without border.
+// A whole picture, or the whole output of a stage: rows of pixels without a border.
 struct FeatureMap {
     uint32_t width = 0, height = 0, channels = 0;
     std::vector<float> values;
@@ -40,11 +40,12 @@ struct FeatureMap {
     [[nodiscard]] const float* row(uint32_t y) const { return values.data() + size_t(y) * width * channels; }
 };
 
-// Some rows, with a column of border on the left and at least one on the right; zero outside the picture.
+// Some rows of a picture, with one column of border on the left and at least one on the right. Values outside of the
+// picture are zero.
 struct RowBuffer {
-    int64_t first = 0; // the picture's row that row 0 is
+    int64_t first = 0; // row of the picture that is stored as row 0
     uint32_t rows = 0, channels = 0;
-    size_t pixel = 0, row = 0; // floats
+    size_t pixel = 0, row = 0; // distances from one pixel, and from one row, to the next, in floats
     std::vector<float> values;
 
     void reshape(int64_t from, uint32_t count, uint32_t width, uint32_t c)
@@ -57,7 +58,8 @@ struct RowBuffer {
         if (values.size() < count * row)
             values.resize(count * row);
     }
-    [[nodiscard]] float* at(int64_t y) { return values.data() + size_t(y - first) * row; } // the left border
+    // address of the border pixel on the left of row y
+    [[nodiscard]] float* at(int64_t y) { return values.data() + size_t(y - first) * row; }
 };
 
 void clearOutside(RowBuffer& buffer, uint32_t width, uint32_t height)
@@ -86,7 +88,8 @@ void loadRows(const FeatureMap& map, int64_t from, uint32_t count, RowBuffer& bu
     }
 }
 
-// Largest of 2x2 pixels; an odd last column or row is left out. `from` is even.
+// Halves the size: each output is the largest of 2x2 pixels; an odd last column or row is left out. Precondition:
+// `from` is even.
 void poolRows(RowBuffer& rows, uint32_t from, uint32_t to, FeatureMap& pooled)
 {
     for (uint32_t y = from / 2; y < to / 2; ++y) {
@@ -119,7 +122,7 @@ bool allFinite(const ImageView& image)
 }
 
 struct Scratch {
-    RowBuffer buffer[2][2]; // for each picture, the buffer that is read and the one that is written
+    RowBuffer buffer[2][2]; // for each picture: the buffer that is read and the one that is written
 };
 
 } // namespace
@@ -131,13 +134,13 @@ struct Lpips::Impl {
             packed[i] = packConvolution(weights.weight[i], kLpipsNet[i].in, kLpipsNet[i].out);
     }
 
-    // Rows [from, to) of the stage's last ReLU; `at` says which of the two buffers has them.
+    // Computes the rows `from` to `to` - 1 of the stage's output. Returns the one of the two buffers that holds them.
     RowBuffer& passStage(uint32_t stage, const FeatureMap& in, uint32_t from, uint32_t to, RowBuffer (&buffer)[2]) const
     {
         const auto in_stage = [stage](const LpipsConvolution& convolution) { return convolution.stage == stage; };
         const auto begin = std::find_if(kLpipsNet.begin(), kLpipsNet.end(), in_stage);
         const auto end = std::find_if_not(begin, kLpipsNet.end(), in_stage);
-        uint32_t around = uint32_t(end - begin); // rows that the convolutions to come need on each side
+        uint32_t around = uint32_t(end - begin); // rows that the remaining convolutions need on each side
         uint32_t source = 0;
         loadRows(in, int64_t(from) - around, to - from + 2 * around, buffer[source]);
         for (auto convolution = begin; convolution != end; ++convolution) {
@@ -166,7 +169,8 @@ struct Lpips::Impl {
         return buffer[source];
     }
 
-    // Sum over the pixels of the stage; `map` becomes the input of the next stage.
+    // Runs a stage on both pictures and returns the sum of the distances of its pixels. `map` becomes the input of the
+    // next stage.
     double runStage(uint32_t stage, FeatureMap (&map)[2], std::vector<Scratch>& scratch,
                     const LpipsObserver& observer) const
     {
@@ -175,10 +179,11 @@ struct Lpips::Impl {
         if (stage + 1 < kLpipsStages)
             for (FeatureMap& next : pooled)
                 next.resize(width / 2, height / 2, channels);
-        // even, so that no 2x2 pixels are in two strips
+        // even, so that no 2x2 pixels lie in two strips
         const uint32_t share = (height / uint32_t(2 * workers.count()) + 1) & ~1u;
         const uint32_t strip = std::clamp(share, kFewestStripRows, kMostStripRows);
-        std::vector<double> row_sums(height); // added in their order whoever computed them
+        // added in the order of rows, so that the result does not depend on the threads
+        std::vector<double> row_sums(height);
         workers.run((height + strip - 1) / strip, 1, [&](size_t begin, size_t end, int worker) {
             for (size_t i = begin; i < end; ++i) {
                 const uint32_t from = uint32_t(i) * strip, to = std::min(from + strip, height);

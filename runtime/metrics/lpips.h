@@ -14,15 +14,16 @@
 
 namespace gsc {
 
-constexpr uint32_t kLpipsStages = 5; // each ends in a ReLU whose output is compared: relu1_2, 2_2, 3_3, 4_3, 5_3
+// the output of the last ReLU of each stage is compared: relu1_2, 2_2, 3_3, 4_3, 5_3
+constexpr uint32_t kLpipsStages = 5;
 constexpr uint32_t kLpipsConvolutions = 13;
-constexpr uint32_t kLpipsSmallest = 16; // pixels of a side, of which four poolings leave one
+constexpr uint32_t kLpipsSmallest = 16; // smallest width and height in pixels, of which four halvings leave one
 
-// The convolutions of VGG16, all 3x3 with a border of zeros; each but the first stage starts with a 2x2 maximum.
+// A convolution of VGG16: 3x3 with a border of zeros. Every stage but the first begins with the maxima of 2x2 pixels.
 struct LpipsConvolution {
     uint32_t stage;
-    uint32_t feature; // number in torchvision's `features`
-    uint32_t in, out; // channels
+    uint32_t feature; // number of the layer in torchvision's `features`
+    uint32_t in, out; // number of input channels and of output channels
 };
 constexpr std::array<LpipsConvolution, kLpipsConvolutions> kLpipsNet = {{{0, 0, 3, 64},
                                                                          {0, 2, 64, 64},
@@ -37,37 +38,40 @@ constexpr std::array<LpipsConvolution, kLpipsConvolutions> kLpipsNet = {{{0, 0, 
                                                                          {4, 24, 512, 512},
                                                                          {4, 26, 512, 512},
                                                                          {4, 28, 512, 512}}};
-// channels at the end of each stage
+// Output channels of each stage.
 constexpr std::array<uint32_t, kLpipsStages> kLpipsChannels = {64, 128, 256, 512, 512};
 
 struct LpipsWeights {
-    std::array<std::vector<float>, kLpipsConvolutions> weight; // [out][in][3][3]
-    std::array<std::vector<float>, kLpipsConvolutions> bias;   // [out]
-    std::array<std::vector<float>, kLpipsStages> head;         // [channels]
+    std::array<std::vector<float>, kLpipsConvolutions> weight; // weights of each convolution, [out][in][3][3]
+    std::array<std::vector<float>, kLpipsConvolutions> bias;   // biases of each convolution, [out]
+    // weights of the channels in the distance, [channels] for each stage
+    std::array<std::vector<float>, kLpipsStages> head;
 };
 
 struct LpipsDistance {
-    double total = 0;                         // the sum of the stages
-    std::array<double, kLpipsStages> stage{}; // means over pixels
+    double total = 0;                         // distance of the two pictures, the sum over the stages
+    std::array<double, kLpipsStages> stage{}; // distance in each stage, a mean over the pixels
 };
 
-// Rows of features before they are scaled to unit length: row-major pixels, channels together.
+// Rows of features before they are scaled to unit length, for tests. Rows of pixels; the channels of a pixel lie side
+// by side.
 struct LpipsFeatures {
-    uint32_t stage, image; // image 0 or 1
+    uint32_t stage, image; // index of the stage; 0 for the first picture, 1 for the second
     uint32_t first_row, rows, width, channels;
     const float* values;
-    size_t pixel_pitch, row_pitch; // floats
+    size_t pixel_pitch, row_pitch; // distances from one pixel, and from one row, to the next, in floats
 };
-using LpipsObserver = std::function<void(const LpipsFeatures&)>; // called by any thread, once for each row
+// function for tests, called by any thread once for each strip of rows
+using LpipsObserver = std::function<void(const LpipsFeatures&)>;
 
 class Lpips {
 public:
-    explicit Lpips(const LpipsWeights& weights, int threads = 0); // 0 = all cores
+    explicit Lpips(const LpipsWeights& weights, int threads = 0); // threads = 0 uses all cores
     ~Lpips();
     Lpips(const Lpips&) = delete;
     Lpips& operator=(const Lpips&) = delete;
 
-    // NaN if a pixel is not finite. Does not depend on the number of threads.
+    // Returns the distance of two pictures; NaN if a pixel is not finite. Does not depend on the number of threads.
     // Preconditions: equal sizes, kLpipsSmallest or more on each side.
     [[nodiscard]] LpipsDistance distance(const ImageView& a, const ImageView& b,
                                          const LpipsObserver& observer = {}) const;

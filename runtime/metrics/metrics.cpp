@@ -26,7 +26,7 @@ ImageDifference compareImages(const ImageView& a, const ImageView& b)
         double worst = 0;
         for (size_t c = 0; c < 3; ++c) {
             double error = std::abs(double(a.pixels[3 * i + c]) - double(b.pixels[3 * i + c]));
-            // a NaN against anything is as wrong as can be, never invisible
+            // a NaN counts as the largest error, so that it is never overlooked
             if (std::isnan(error))
                 error = std::numeric_limits<double>::infinity();
             sum += error * error;
@@ -48,7 +48,7 @@ double ssim(const ImageView& a, const ImageView& b)
 {
     const std::vector<double> window = ssimWindow();
     const size_t pixels = size_t(a.width) * a.height;
-    std::vector<float> planes[5]; // a, b, a a, b b, a b
+    std::vector<float> planes[5]; // planes of a, b, a * a, b * b and a * b
     std::vector<float> blurred[5];
     for (std::vector<float>& plane : planes)
         plane.resize(pixels);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Image differences. Images are height x width x 3 floats, interleaved RGB, nominally in [0, 1].
+// Measures of the difference of two images. Images are height x width x 3 floats, interleaved RGB, nominally in [0,
+// 1].
 #pragma once
 
 #include <cstddef>
@@ -14,33 +15,34 @@ struct ImageView {
 };
 
 struct ImageDifference {
-    double mse = 0; // mean over pixels and channels
+    double mse = 0; // mean squared error over pixels and channels
     double psnr = 0;
     double max_error = 0; // largest |a - b| of any channel
     uint32_t max_x = 0, max_y = 0;
-    uint64_t over_1_255 = 0; // pixels with a channel off by more than 1/255
+    uint64_t over_1_255 = 0; // number of pixels with a channel that differs by more than 1/255
 };
 
-double psnrOf(double mse); // 10 log10(1 / mse), +inf of 0
+double psnrOf(double mse); // PSNR of a mean squared error: 10 log10(1 / mse), in dB; +inf for 0
 
-// Precondition of all: equal sizes.
+// The functions below have the precondition that both images have equal sizes.
 ImageDifference compareImages(const ImageView& a, const ImageView& b);
 
-// Structural similarity, 11x11 Gaussian window of sigma 1.5, mean over pixels and channels (Wang et al. 2004). Pixels
-// outside the image count as 0, as in the trainers' own metric, so that the numbers compare with their reports.
+// Structural similarity with an 11x11 Gaussian window of sigma 1.5, mean over pixels and channels (Wang et al. 2004).
+// Pixels outside the image count as 0, as in the trainers' own metric, so that the numbers compare with their reports.
 double ssim(const ImageView& a, const ImageView& b);
 
-constexpr double kFlipPixelsPerDegree = 67.02; // the paper's: 0.7 m from a 0.7 m wide 3840-pixel display
+// FLIP paper's default: seen from 0.7 m, a display 0.7 m and 3840 pixels wide
+constexpr double kFlipPixelsPerDegree = 67.02;
 
-// LDR-FLIP (Andersson et al. 2020), mean over pixels; `map` (optional) takes the per-pixel error.
+// LDR-FLIP (Andersson et al. 2020), mean over pixels. `map`, if not null, receives the error of each pixel.
 double flip(const ImageView& reference, const ImageView& test, double pixels_per_degree = kFlipPixelsPerDegree,
             std::span<float> map = {});
 
-// Pools over frames: PSNR of the pooled mean square error, worst frame, largest error.
+// Differences over several frames: PSNR of the mean squared error of all, PSNR of the worst frame, largest error.
 struct PooledDifference {
     double mse_sum = 0;
     uint64_t frames = 0;
-    double worst_psnr = 0; // valid if frames > 0
+    double worst_psnr = 0; // PSNR of the worst frame in dB; valid if frames > 0
     uint64_t worst_frame = 0;
     double max_error = 0;
 

@@ -10,7 +10,7 @@ namespace gsc {
 
 namespace {
 
-// Pixels of the square at `column`, `row`.
+// Number of pixels of the square at `column`, `row`, which may be cut at the picture's edge.
 double pixelsOf(uint32_t column, uint32_t row, uint32_t width, uint32_t height)
 {
     return double(std::min(kScoreSquare, width - column * kScoreSquare)) *
@@ -75,7 +75,7 @@ private:
     }
 
     Eye m_eyes[kMaxEyes];
-    std::vector<SquareSums> m_squares; // squares of the picture at hand, as the map
+    std::vector<SquareSums> m_squares; // squares of the current picture, row by row
     std::vector<float> m_flip_map;
 };
 
@@ -124,7 +124,7 @@ void SquareHistory::add(std::span<const SquareSums> squares, uint32_t width, uin
         scores.motion = std::sqrt(all.motion / values);
         m_picture.add(squares, &SquareSums::motion, width, height);
         m_error.add(squares, &SquareSums::change, width, height);
-        if (m_known > 2) { // three changes, the one in the middle is that of the picture before this one
+        if (m_known > 2) { // with four pictures three changes are known; the pop is that of the middle change
             scores.pop = m_picture.pop();
             scores.error_pop = m_error.pop();
         }

@@ -9,15 +9,16 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kMostSampled = 4096; // groups that say where a model lies: enough, and no time even for a city
+// number of groups that are looked at: enough to find a model's place, and fast even for a city
+constexpr uint64_t kMostSampled = 4096;
 
-// A value and how many anchors it stands for.
+// A value, and the number of anchors that it stands for.
 struct Sample {
     double value;
     uint64_t weight;
 };
 
-// The value that half of the anchors lie below. Precondition: `samples` is not empty.
+// Returns the value below which half of the anchors lie. Precondition: `samples` is not empty.
 double median(std::vector<Sample> samples)
 {
     std::sort(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) { return a.value < b.value; });
@@ -30,7 +31,7 @@ double median(std::vector<Sample> samples)
     return samples[i].value;
 }
 
-// Median of value(group) over every group or every n-th, each weighing its number of anchors.
+// Median of value(group) over all groups, or every n-th of many; each weighs as much as it has anchors.
 template <typename Value>
 double medianOfGroups(const ModelView& model, Value value)
 {
@@ -41,14 +42,15 @@ double medianOfGroups(const ModelView& model, Value value)
     return median(std::move(samples));
 }
 
-// One coordinate of a grid position before the trainer rounded it. Precise to 1e-16 of its size.
+// Returns one coordinate of a grid position as it was before the trainer rounded it to fp32, with a relative error of
+// 1e-16.
 double unroundedCoordinate(int32_t quanta, const LevelRecord& level, bool negative_zero)
 {
     return negative_zero ? 0.0 : double(quanta) * double(level.quantum) + double(level.origin);
 }
 
-// Bounds relative to `origin`, rounded outwards. Stored coordinates were rounded twice, first as multiples of the quantum
-// before `grid_origin` was added, and those of Gaussians once more.
+// Makes bounds relative to `origin`, rounded outwards. The stored coordinates were rounded twice, first as multiples
+// of the quantum before `grid_origin` was added; those of Gaussians once more.
 void moveBounds(float* low, float* high, const double* origin, float grid_origin)
 {
     constexpr double kRounding = 0x1p-22;
@@ -114,7 +116,8 @@ LocalModel::LocalModel(const ModelView& model, const std::array<double, 3>& orig
     m_view.arrays = m_arrays.data();
 }
 
-// Floats from here on: a level's grid has one origin for all axes and need not pass through the new one.
+// Converts positions to floats: a level's grid has the same origin on all axes, and does not fit a new origin in
+// general.
 void LocalModel::movePositions(const ModelView& model)
 {
     uint64_t anchors = 0;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A model far from the world's origin, such as a city in metres 100 km away from it, read relative to a place within.
-// fp32 steps by 7.8 mm at 100 km, so positions, cameras and every difference of the two would be as coarse there.
-// Differences of positions are taken where they are exact, from integers or in double, before they are rounded to fp32;
-// cameras follow in eyeParams(). The stages notice nothing: distances, directions and levels do not depend on it.
+// A model far from the world's origin, such as a city in metres 100 km away from it, whose positions are made relative
+// to a place within it. At 100 km, fp32 has steps of 7.8 mm, and positions, cameras and all differences of them would
+// be as coarse. So differences of positions are computed exactly, from integers or in double, before they are rounded
+// to fp32; eyeParams() does the same for cameras. The stages need no change: distances, directions and levels stay the
+// same.
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -14,18 +15,19 @@
 
 namespace gsc {
 
-// A model farther from the origin than this many times its own reach is read relative to its middle; a nearer one as
-// the trainer reads it, bit for bit.
+// A model counts as far if it is farther from the origin than this many times its own reach. Nearer models keep the
+// trainer's positions bit for bit.
 constexpr double kFarReaches = 32;
 
-// The middle of a far model: per axis the median of its anchors by group, whatever a few strays do to its bounds. A
-// model's reach is how far the median group goes from there, along any axis. World units, each an fp32 value, so that no
-// fp32 position loses a bit by the difference. Empty if the model is not far.
+// Returns the middle of a far model: on each axis the median of the groups' positions, each weighing as much as it has
+// anchors, so that a few strays do not matter. A model's reach is the median distance of the groups from there, along
+// any axis. In world units; each coordinate is an fp32 value, so that subtracting it loses no bit of an fp32 position.
+// None if the model is not far.
 [[nodiscard]] std::optional<std::array<double, 3>> localOrigin(const ModelView& model);
 
-// A view of `model` with positions and bounds relative to `origin`. It holds the records and 12 bytes per anchor itself
-// and points to `model`'s for the rest, so that must outlive it. Positions are rounded to fp32 once; bounds are widened
-// by the trainer's own rounding of a position at its old place.
+// A view of `model` with positions and bounds relative to `origin`. It holds the records and 12 bytes for each anchor
+// itself, and points into `model` for the rest, which must outlive it. Positions are rounded to fp32 once. Bounds are
+// widened by the rounding that the trainer made at the original place.
 class LocalModel {
 public:
     LocalModel(const ModelView& model, const std::array<double, 3>& origin);
@@ -42,7 +44,7 @@ private:
     std::vector<ChunkRecord> m_chunks;
     std::vector<GroupRecord> m_groups;
     std::vector<ChunkArrays> m_arrays;
-    std::unique_ptr<float[]> m_positions; // anchors x 3, file order
+    std::unique_ptr<float[]> m_positions; // three coordinates for each anchor, in file order
     ModelView m_view;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// View sensitivities of a model whose file has none.
+// Computes the view sensitivities of a model whose file has none.
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -9,8 +9,8 @@
 
 namespace gsc {
 
-// Computes ModelView::sensitivity: two halves per anchor in file order, computed as the converter does, for the first
-// row of the appearance embedding.
+// Returns ModelView::sensitivity: two halves for each anchor, in file order, computed as the converter does for the
+// first row of the appearance embedding.
 std::vector<uint16_t> modelSensitivity(const ModelView& model, const Workers& workers);
 
 } // namespace gsc

@@ -19,16 +19,17 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Folders that the program may lie in, the surest first. Without /proc (a chroot, a sandbox) the name that it was started by
-// tells, and the name that the loader has of it, which differs where the loader was called with the program behind it.
+// Returns folders that the program may lie in, the most certain first. Without /proc (in a chroot or a sandbox) two
+// names tell: the one by which the program was started, and the one that the loader has, which differs if the loader
+// was called with the program as its argument.
 std::vector<fs::path> programFolders()
 {
     std::error_code none;
     std::vector<fs::path> programs = {fs::read_symlink("/proc/self/exe", none)};
     const auto add = [&](const char* name) {
-        // a name without a folder was found in PATH: here it would be a file of the current folder
+        // a name without a folder was found through PATH; here it would mean a file of the current folder
         if (name != nullptr && std::strchr(name, '/') != nullptr)
-            programs.push_back(fs::canonical(name, none)); // empty if there is no such file
+            programs.push_back(fs::canonical(name, none)); // canonical() returns an empty path if there is no such file
     };
     add(reinterpret_cast<const char*>(::getauxval(AT_EXECFN)));
     Dl_info info{};
@@ -59,7 +60,7 @@ std::string findModule(const std::string& file)
                 "install gsc again, with all of its files");
 }
 
-// The dynamic linker tells a fault's kind in words alone.
+// Returns true if the dynamic linker's message is about memory; it states the kind of a fault only in words.
 bool isOfMemory(std::string_view why)
 {
     return why.find("failed to map segment") != why.npos || why.find("cannot map zero-fill") != why.npos ||
@@ -73,7 +74,7 @@ const void* moduleFunctions(const char* name, size_t threads)
     const std::string path = findModule(std::string(name) + ".so");
     if (threads > 0 && dlopen(path.c_str(), RTLD_LAZY | RTLD_NOLOAD) == nullptr)
         requireThreads(name, threads);
-    // not all symbols at once: of 250 libraries few functions are called
+    // symbols are looked up when they are first used, because only few functions of 250 libraries are called
     void* const library = dlopen(path.c_str(), RTLD_LAZY | RTLD_LOCAL);
     if (const char* const why = library ? "" : dlerror(); isOfMemory(why))
         throw Error(ErrorCode::OutOfMemory, path, formatString("cannot be loaded (%s)", why),

@@ -1,32 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-// Modules: parts of the programs that are loaded when they are first used, because every start would pay for the
-// libraries behind them: OpenImageIO alone brings 250. A module is of one build with the program, so its functions take
-// and return our own types, and an Error passes. It has no state of ours: an interrupt, for example, it must be told of.
+// Modules: parts of the programs that are loaded when they are first used, because loading their libraries would slow
+// down every start: OpenImageIO alone brings 250. Module and program are of one build, so functions of a module take
+// and return our own types, and throw our Error. A module shares no state with the program: it must be told of an
+// interrupt, for example.
 #pragma once
 
 #include <cstddef>
 
 namespace gsc {
 
-// Symbol `gsc_module` that a module exports.
+// Content of the symbol `gsc_module` that a module exports.
 struct ModuleEntry {
-    const char* version; // version of the program it belongs to
+    const char* version; // version of the program that the module belongs to
     const void* functions;
 };
 
-// Raised with every change of the data that passes between a program and its modules; with the compiler it tells builds
-// of one version apart.
+// Identifies the interface between a program and its modules. Raise the number with every change of data that passes
+// between them; the compiler's version is part of it, too.
 #define GSC_MODULE_VERSION GSC_VERSION ", interface 5, compiler " __VERSION__
 
-// In one source of the module; `functions` is a struct of function pointers that both sides know.
+// Exports a module's functions; stands in one source file of the module. `functions` is a struct of function pointers
+// that program and module know.
 #define GSC_EXPORT_MODULE(functions)                                                                                   \
     extern "C" __attribute__((visibility("default"))) const gsc::ModuleEntry gsc_module;                               \
     const gsc::ModuleEntry gsc_module = {GSC_MODULE_VERSION, &(functions)};
 
-// The functions of NAME.so, which stays loaded. It lies beside the program, as in a bundle, or in ../lib/gsc from there;
-// no other folder is looked at. Throws Error(Unsupported): it or one of its libraries is missing, or it is of another
-// version. `threads` is how many the libraries behind it start when they are loaded: they end the process where they get
-// fewer, so that Error(OutOfMemory) is thrown before.
+// Returns the functions of the module NAME.so, which then stays loaded. It is looked for beside the program, as in a
+// bundle, and in ../lib/gsc from there, and nowhere else. Throws Error(Unsupported) if the module or one of its
+// libraries is missing, or it is of another version. `threads` is the number of threads that its libraries start while
+// loading. They end the process if they get fewer, so Error(OutOfMemory) is thrown first.
 const void* moduleFunctions(const char* name, size_t threads);
 
 template <class Functions>

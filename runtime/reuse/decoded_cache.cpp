@@ -14,8 +14,8 @@ namespace gsc {
 
 namespace {
 
-// Strips that are drawn lie all over the cache, so that with pages of 4 KiB each costs two or three walks through the
-// page tables, as long as reading it does.
+// Size of a slab. The strips of a frame lie all over the cache; with pages of 4 KiB each strip would cost two or three
+// walks through the page tables, which take as long as reading the strip.
 constexpr size_t kHugePage = size_t(2) << 20;
 
 } // namespace
@@ -66,7 +66,8 @@ void DecodedCache::shrink(uint64_t limit)
     }
 }
 
-// A slab holds the packed strips of its slots, then their last keys, which drawing does not read.
+// Address of a slot's packed strip. A slab holds the packed strips of its slots first, then their last keys, which
+// drawing does not read.
 std::byte* DecodedCache::packed(uint32_t slot) const
 {
     return m_slabs[slot / m_slab_slots].data.get() + slot % m_slab_slots * m_packed_bytes;
@@ -84,7 +85,7 @@ size_t DecodedCache::slabBytes(uint32_t slots) const
     return slots == m_slab_slots ? kHugePage : (slots * m_slot_bytes + 63) / 64 * 64;
 }
 
-// Until `slots` are free or there are `most` in all.
+// Adds slabs until `slots` slots are free, or there are `most` slots in all.
 void DecodedCache::grow(size_t slots, size_t most)
 {
     while (m_free.size() < slots && m_entries.size() < most) {
@@ -99,7 +100,7 @@ void DecodedCache::grow(size_t slots, size_t most)
                 .with({Setting::CacheMemory});
 #ifdef __linux__
         if (huge)
-            (void)madvise(slab.data.get(), bytes, MADV_HUGEPAGE); // advice: without it all is only slower
+            (void)madvise(slab.data.get(), bytes, MADV_HUGEPAGE); // only advice: failure costs time, nothing else
 #endif
         m_slabs.push_back(std::move(slab));
         m_entries.resize(first + m_slabs.back().slots);
@@ -130,7 +131,7 @@ size_t DecodedCache::makeRoom(size_t wanted, uint64_t limit, uint64_t frame)
         return m_entries[a].used != m_entries[b].used ? m_entries[a].used < m_entries[b].used : a < b;
     };
     std::nth_element(old.begin(), old.begin() + ptrdiff_t(victims), old.end(), older);
-    // slots handed out next then do not depend on the selection's order
+    // sorted, so that the order in which slots are used again does not depend on nth_element
     std::sort(old.begin(), old.begin() + ptrdiff_t(victims));
     for (size_t i = 0; i < victims; ++i)
         release(old[i]);

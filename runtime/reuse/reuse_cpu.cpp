@@ -76,7 +76,8 @@ void CpuReuse::listGroups(const ReuseFrame& frame)
     }
 }
 
-// A frame that keeps nothing: entries grow older by it, and the cameras' motion is unknown afterwards.
+// Call it for a frame that is drawn without reuse: entries grow older by it, and the cameras' motion is unknown
+// afterwards.
 void CpuReuse::skipFrame()
 {
     ++m_frame;
@@ -87,7 +88,7 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
 {
     Stopwatch watch;
     const ReuseOptions& reuse = frame.options.reuse;
-    // entries decoded for another appearance, or scheduled by another rule, are of no use for this frame
+    // entries decoded for another appearance, or scheduled by another policy, cannot be drawn in this frame
     const bool merged = decodesMerged(frame.options, frame.eye_count);
     if (frame.options.appearance != m_appearance || reuse.policy != m_policy || merged != m_merged)
         clear();
@@ -118,7 +119,8 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
             scheduleBlock(frame, block);
     });
     grant(frame);
-    // note: all that may run out of memory comes before entries are given out, which hold nothing yet
+    // note: everything that may run out of memory is done before slots are given out, because their entries are still
+    // empty
     const size_t capacity = size_t(kGroupSize) * m_model.params->n_offsets;
     for (uint32_t e = 0; e < frame.eye_count; ++e)
         frame.stores[e].reserve(blocks, blocks * capacity);
@@ -137,8 +139,8 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
     result.cache_evictions = m_cache.evictions() - evictions;
 }
 
-// Takes cache slots for strips that are decoded. If the cache's budget leaves none, their Gaussians are drawn and not
-// kept.
+// Gives cache slots to strips that will be decoded. Strips that get none because the cache's limit is reached are
+// drawn without being kept.
 void CpuReuse::giveSlots(const ReuseFrame& frame, uint64_t limit)
 {
     size_t wanted = 0;
@@ -159,7 +161,8 @@ void CpuReuse::giveSlots(const ReuseFrame& frame, uint64_t limit)
         }
 }
 
-// Decodes the granted eyes of a strip, into its entries or, without one, into the worker's memory.
+// Decodes a strip for the eyes whose decode was granted, into their entries, or into the worker's memory for an eye
+// without an entry.
 void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size_t block, uint32_t strip,
                            const StripWork& work, DecodeState& state)
 {
@@ -177,7 +180,8 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
         keys[eye_count] = state.strip_keys.data() + eye_count * stripKeyValues(offsets);
         std::copy_n(eye.plan.center[1], 3, centers[eye_count].center);
         eyes[eye_count++] = e;
-        // the first eye owns the entries of both; it need not see the strip
+        // if eyes are merged, the first eye owns the entries even of strips that only the second sees; count these for
+        // the second
         state.decoded[m_merged && eye.lanes == 0 ? 1 : e] += count;
     }
     VisibleAnchor anchors[kStripAnchors];
@@ -198,7 +202,7 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
         }
         CacheEntry& entry = m_cache.entry(eye.slot);
         uint16_t* last = m_cache.lastKey(eye.slot);
-        if (eye.plan.count == 2) { // from the last key to the new one
+        if (eye.plan.count == 2) { // packs the strip between the entry's last key and the new key
             pack.keys[0] = last;
             pack.keys[1] = keys[i];
         }
@@ -209,7 +213,7 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
     }
 }
 
-// Appends the Gaussians of a strip that eye `e` sees to the worker's block.
+// Appends the strip's Gaussians that eye `e` sees to the worker's block.
 void CpuReuse::drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, const StripWork& work,
                          const float* fraction, DecodeState& state) const
 {
@@ -224,7 +228,7 @@ void CpuReuse::drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, co
     if (const uint32_t slot = drawnSlot(work, e); slot != kNoSlot) {
         mix.packed = m_cache.packed(slot);
         mix.t = placeBetween(m_cache.entry(slot).keys, frame.eyes[e].center).t;
-    } else { // decoded in this frame, for the eye or both
+    } else { // no slot: the strip was decoded in this frame, for this eye or for both
         mix.packed = state.strip_packed.data() + (shared ? 0 : e) * packedStripBytes(m_model.params->n_offsets);
     }
     mix.fraction = fraction != nullptr ? fraction + strip * kStripAnchors : nullptr;
@@ -235,8 +239,8 @@ void CpuReuse::drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, co
     mixStripCpu(mix, out);
 }
 
-// Adds the memory that drawing or decoding strip `at` of the frame reads or replaces: entries lie in no order that
-// hardware could guess.
+// Adds to `ahead` the memory that drawing or decoding strip `at` of the frame will read or replace. Entries lie in no
+// order that hardware prefetching could follow.
 void CpuReuse::lookAhead(size_t at, ReadAhead& ahead) const
 {
     const StripWork& work = m_work[at];
@@ -255,7 +259,7 @@ void CpuReuse::lookAhead(size_t at, ReadAhead& ahead) const
         const EyeWork& eye = work.eye[e];
         if (eye.lanes == 0 || eye.slot == kNoSlot || (e == 1 && eye.slot == work.eye[0].slot))
             continue;
-        // note: not the entry's own extent, which the worker that decodes it may be writing
+        // note: not the entry's own extent, which the worker that decodes the strip may be writing now
         const bool two = eye.decode || eye.drawn.t != 0;
         ahead.add(m_cache.packed(eye.slot), two ? eye.extent.two : eye.extent.one);
         if (eye.decode)
@@ -282,12 +286,13 @@ void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t
         for (uint32_t e = 0; e < frame.eye_count; ++e)
             if (work.eye[e].lanes != 0)
                 drawStrip(frame, s, e, work, fades ? fraction[e] : nullptr, state);
-        for (uint32_t e = 0; e < frame.eye_count; ++e) // noted anew once they are projected
+        // resets the cover of entries, which is set again once their Gaussians are projected
+        for (uint32_t e = 0; e < frame.eye_count; ++e)
             if (const uint32_t slot = work.eye[e].lanes != 0 ? drawnSlot(work, e) : kNoSlot; slot != kNoSlot)
                 m_cache.entry(slot).cover = 0;
     }
     state.decode_ms += watch.lap();
-    // note: this worker likely takes the next block next
+    // note: this worker is likely to take the next block next
     ReadAhead ahead;
     for (size_t w = (block + 1) * kStripsPerGroup; w < std::min((block + 2) * kStripsPerGroup, m_work.size()); ++w)
         lookAhead(w, ahead);
@@ -305,7 +310,7 @@ void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t
     state.project_ms += watch.lap();
 }
 
-// False colours. After decoding: strips decoded in this frame have age 0.
+// Paints a block's splats in false colours. Call it after decoding: strips decoded in this frame have age 0.
 void CpuReuse::paintBlock(const ReuseFrame& frame, size_t block, uint32_t e, Splat* splats, const uint16_t* origins,
                           uint32_t count) const
 {
@@ -315,13 +320,13 @@ void CpuReuse::paintBlock(const ReuseFrame& frame, size_t block, uint32_t e, Spl
             colours[s] = chunkColour(m_model, m_model.groups[m_groups[block]].chunk);
             continue;
         }
-        if (frame.options.view == FrameView::Detail) { // not with reuse
+        if (frame.options.view == FrameView::Detail) { // reuse has no coarse copies, so all groups get one colour
             colours[s] = detailColour(GroupSource::Near);
             continue;
         }
         const StripWork& work = m_work[block * kStripsPerGroup + s];
         const uint32_t slot = work.eye[e].lanes != 0 ? drawnSlot(work, e) : kNoSlot;
-        // a strip without an entry is new
+        // a strip without an entry was decoded in this frame
         const uint64_t frames = slot != kNoSlot ? m_frame - m_cache.entry(slot).decoded : 0;
         colours[s] = ageColour(uint32_t(std::min<uint64_t>(frames, UINT32_MAX)));
     }
@@ -329,7 +334,7 @@ void CpuReuse::paintBlock(const ReuseFrame& frame, size_t block, uint32_t e, Spl
                 [&](uint32_t anchor) { return colours[anchor / kStripAnchors]; });
 }
 
-// Notes for the next frame which strips of a block hold Gaussians that take much of eye `e`'s picture.
+// Notes for the next frame the largest share of eye `e`'s picture that a Gaussian of each strip of a block covers.
 void CpuReuse::noteCover(const ReuseFrame& frame, size_t block, uint32_t e, const Splat* splats,
                          const uint16_t* origins, uint32_t count)
 {
@@ -350,7 +355,7 @@ void CpuReuse::noteCover(const ReuseFrame& frame, size_t block, uint32_t e, cons
     }
 }
 
-// Factors of a group's anchors where levels fade in, from the list of visible anchors.
+// Copies the fading factors of a group's anchors from the list of visible anchors, for levels that fade.
 void CpuReuse::groupFractions(const ReuseFrame& frame, const GroupMask& mask, float (*fraction)[kGroupSize]) const
 {
     const VisibleAnchor* visible = frame.visible + mask.first;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decode and project of a frame that may draw Gaussians decoded for earlier frames (design sections 4 and 5), on a CPU.
+// Decode and project of a frame on a CPU that may draw Gaussians decoded for earlier frames (design sections 4 and 5).
 #pragma once
 
 #include "kernels/threads/parallel.h"
@@ -13,55 +13,56 @@
 
 namespace gsc {
 
-// Inputs of a frame, and the state that its stages share.
+// Inputs of a frame with reuse, and scratch state of its stages.
 struct ReuseFrame {
     const EyeParams* eyes;
     uint32_t eye_count;
     const FrameOptions& options;
     RasterConstants rules;
     const SelectScratch& selected;
-    const VisibleAnchor* visible; // in the order of selected.groups
+    const VisibleAnchor* visible; // visible anchors in the order of selected.groups
     size_t visible_count;
-    std::vector<DecodeState>& states; // counts cleared
-    SplatStore* stores;               // per eye; a block is a group of groups()
+    std::vector<DecodeState>& states; // states of the workers; the counts are 0 at the start
+    SplatStore* stores;               // stores of the eyes; each block is a group of groups()
     Buffer<float>& bias;
 };
 
 class CpuReuse {
 public:
-    // `memory`: most bytes of entries where the options set no limit.
+    // `memory`: most bytes of all entries, if the options set no limit.
     CpuReuse(const Workers& workers, uint64_t memory) : m_workers(workers), m_memory(memory) {}
 
     // `model` must outlive the next load().
     void load(const ModelView& model);
     void clear();
 
-    // Schedules, decodes and projects; fills the stores, the counts of the states and the cache fields of `result`.
+    // Schedules, decodes and projects the frame. Fills the stores, the counts in the states and the cache fields of
+    // `result`.
     void run(const ReuseFrame& frame, FrameResult& result);
-    void skipFrame(); // called for a frame that is drawn without reuse
+    void skipFrame(); // call it for a frame that is drawn without reuse
 
-    // groups of the last frame, one per block
+    // Groups of the last frame, one for each block.
     [[nodiscard]] const std::vector<uint32_t>& groups() const { return m_groups; }
     [[nodiscard]] uint64_t bytes() const;
 
 private:
     struct LazyStrip;
-    // Plan of one eye for one strip.
+    // Plan for one strip and one eye.
     struct EyeWork {
-        uint32_t slot = kNoSlot;          // best entry to draw; if the strip is decoded, the cache slot it is stored in
-        KeptChange drawn = {0, INFINITY}; // predicted change of drawing it, or a bound of it
+        uint32_t slot = kNoSlot; // slot of the best entry to draw; if the strip is decoded, the slot that receives it
+        KeptChange drawn = {0, INFINITY}; // predicted error of drawing the entry, or an upper bound of it
         Outlook outlook = {0, INFINITY};
-        StripKeys plan;           // keys after a decode; the last one is new
-        PackedExtent extent = {}; // extent of the entry that it draws or replaces, as the last frame left it
-        uint16_t lanes = 0;       // anchors of the strip it sees
-        bool due = false;         // the policy wants it decoded
-        bool shares = false;      // may draw the other eye's decode of this frame
-        bool decode = false;      // the budget grants the decode
+        StripKeys plan;           // keys of the entry after a decode; the last one is new
+        PackedExtent extent = {}; // PackedExtent, as of the last frame, of the entry that is drawn or replaced
+        uint16_t lanes = 0;       // bit mask of the strip's anchors that the eye sees
+        bool due = false;         // true if the policy asks for a decode
+        bool shares = false;      // true if the eye may draw what the other eye decodes in this frame
+        bool decode = false;      // true if the decode is within the budget
     };
     struct StripWork {
         EyeWork eye[kMaxEyes];
     };
-    // True if eye `e` draws the strip as the left eye decoded it in this frame.
+    // Returns true if eye `e` draws the strip as the left eye decoded it in this frame.
     [[nodiscard]] static bool drawsShared(const StripWork& work, uint32_t e)
     {
         return work.eye[e].shares && work.eye[0].decode;
@@ -70,11 +71,11 @@ private:
     {
         return work.eye[drawsShared(work, e) ? 0 : e].slot;
     }
-    struct Seen { // a group, seen by one eye
+    struct Seen { // anchors of a group that one eye saw last, and the frame
         uint64_t lanes[kGroupSize / 64] = {};
         uint64_t frame = 0;
     };
-    struct Candidate { // strip that is due, in the order in which the budget is spent
+    struct Candidate { // a strip that is due; sorted in the order in which the budget is spent
         uint32_t bucket, split, work;
 
         auto operator<=>(const Candidate&) const = default;
@@ -118,20 +119,21 @@ private:
     uint64_t m_memory;
     ModelView m_model{};
     DecodedCache m_cache;
-    std::vector<uint32_t> m_groups;     // per block
-    std::vector<uint32_t> m_candidates; // per block: entry of SelectScratch::groups
-    std::vector<StripWork> m_work;      // kStripsPerGroup per block
+    std::vector<uint32_t> m_groups;     // group of each block
+    std::vector<uint32_t> m_candidates; // index in SelectScratch::groups of each block
+    std::vector<StripWork> m_work;      // work for each strip: kStripsPerGroup entries for each block
     std::vector<Candidate> m_budgeted;
     std::vector<Seen> m_seen[kMaxEyes];
-    std::vector<uint16_t> m_sensitivity; // used if the file has none
+    std::vector<uint16_t> m_sensitivity; // sensitivities, computed if the file has none
     int32_t m_appearance = -1;
     ReusePolicy m_policy = ReusePolicy::None;
-    bool m_merged = false; // both eyes share entries, which the first owns
+    bool m_merged = false; // true if both eyes draw the first eye's entries
     uint64_t m_frame = 0;
-    uint32_t m_depth = 0; // most frames of ReusePolicy::Depth, this frame
+    uint32_t m_depth = 0; // with ReusePolicy::Depth: most frames that an entry is drawn in, for this frame
     CameraMotion m_motion;
-    ReuseRule m_rule;             // rule of this frame
-    float m_level[kMaxEyes] = {}; // error at which the budget of the last frame refreshed entries, 0 = it met the bound
+    ReuseRule m_rule; // rule of ReusePolicy::Error for this frame
+    // error down to which the last frame's budget refreshed entries, for each eye; 0 = all within the bound
+    float m_level[kMaxEyes] = {};
 };
 
 } // namespace gsc

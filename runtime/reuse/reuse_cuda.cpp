@@ -16,7 +16,7 @@ uint32_t stripsOf(const ModelView& model)
     return uint32_t(model.params->group_count) * kStripsPerGroup;
 }
 
-// Gaussians of an entry at most, in whole warps.
+// Most Gaussians of an entry, rounded up to whole warps.
 uint32_t roomOf(const ModelView& model)
 {
     return (kStripAnchors * model.params->n_offsets + 31) / 32 * 32;
@@ -51,7 +51,7 @@ bool CudaReuse::needsMemory(const ReuseOptions& reuse, uint32_t eye_count) const
 void CudaReuse::layOut(ArenaLayout& layout, ReuseTables& tables) const
 {
     static_assert(sizeof(ReuseCounters) % sizeof(uint32_t) == 0);
-    // in one piece, which one memset clears
+    // one array, so that one memset clears it
     if (auto* const cleared = layout.take<unsigned char>(clearedBytes(tables)); cleared != nullptr) {
         tables.counters = reinterpret_cast<ReuseCounters*>(cleared);
         tables.claims = reinterpret_cast<uint32_t*>(cleared + sizeof(ReuseCounters));
@@ -91,13 +91,13 @@ const ReuseNow& CudaReuse::begin(const FrameNow& frame, uint32_t eye_count, cons
     const ReuseOptions& reuse = options.reuse;
     ReuseNow& now = m_now;
     setNow(now, frame);
-    // entries decoded for another appearance, or from another viewpoint, are of no use for this frame
+    // entries decoded for another appearance, or from another viewpoint, cannot be drawn in this frame
     const bool merged = decodesMerged(options, eye_count);
     m_again[flight] = false;
     if (m_forget || options.appearance != m_appearance || merged != (now.merged != 0)) {
         static_assert(kNoEntry == ~0u);
         GSC_CUDA_CHECK(cudaMemsetAsync(m_tables.entries, 0xff, m_tables.slots * sizeof(KeptEntry), stream.handle));
-        for (SeenStrip* const seen : m_tables.seen) // seen in no frame
+        for (SeenStrip* const seen : m_tables.seen) // marks all strips as not seen yet
             GSC_CUDA_CHECK(cudaMemsetAsync(seen, 0xff, m_tables.strips * sizeof(SeenStrip), stream.handle));
         now.frame = 0;
         m_forget = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scheduling of CpuReuse, by the rules of policy.h: which strips are drawn from entries, which are decoded, and in
-// which order within the budget.
+// Scheduling of CpuReuse by the rules of policy.h: decides which strips are drawn from entries, which are decoded, and
+// in which order the budget is spent.
 #include "runtime/reuse/reuse_cpu.h"
 
 #include "runtime/backend/frame_checks.h"
@@ -20,12 +20,12 @@ uint32_t lanesOf(const GroupMask& mask, uint32_t eye, uint32_t strip)
 
 } // namespace
 
-// A strip, whose anchors are loaded where something must be known of them.
+// A strip whose anchors are loaded from the model only when they are needed.
 struct CpuReuse::LazyStrip {
     const ModelView& model;
     const uint16_t* sensitivity;
     const GroupRecord& group;
-    uint32_t strip; // strip of the group
+    uint32_t strip; // index of the strip in the group
     uint32_t id;
     bool loaded;
     StripAnchors loaded_anchors;
@@ -37,14 +37,14 @@ struct CpuReuse::LazyStrip {
         loaded = true;
         return loaded_anchors;
     }
-    // The `change` of policy.h for the anchors `lanes`.
+    // Returns the function `change` that policy.h wants, for the anchors in the bit mask `lanes`.
     auto changeOf(uint32_t lanes)
     {
         return [this, lanes](const float* c0, const float* c1) { return stripError(anchors(), lanes, c0, c1); };
     }
 };
 
-// Share of new anchors in this frame; notes the visible anchors for the next.
+// Returns the share of this frame's visible anchors that are new, and notes the visible anchors for the next frame.
 float CpuReuse::updateRate(const ReuseFrame& frame)
 {
     uint64_t visible = 0, fresh = 0;
@@ -64,8 +64,8 @@ float CpuReuse::updateRate(const ReuseFrame& frame)
     return gsc::updateRate(fresh, visible);
 }
 
-// The keys of an entry, for drawing the anchors `lanes`. Their span counts only anchors seen so far: an unseen anchor
-// that passes beside the camera changes so fast that the whole strip would be decoded every other frame.
+// Returns the keys of an entry for drawing the anchors `lanes`. The span counts only anchors seen so far: an unseen
+// one that the camera passes closely changes so fast that the whole strip would be decoded every other frame.
 const StripKeys& CpuReuse::widened(uint32_t slot, LazyStrip& strip, uint32_t lanes)
 {
     StripKeys& keys = m_cache.entry(slot).keys;
@@ -76,9 +76,10 @@ const StripKeys& CpuReuse::widened(uint32_t slot, LazyStrip& strip, uint32_t lan
     return keys;
 }
 
-// Puts the second of `keys` ahead on the way of eye `e`, so far that `target` is the change from the first to it, where
-// a step changes `rate`. Nearer if the way bends: half way the camera is an eighth of the bend times the square of the
-// frames off the line, which adds to the curve between the keys. Returns how many frames ahead.
+// Moves the second of `keys` ahead on the way of eye `e`, so far that the predicted error from the first key to it is
+// `target`, if one frame adds `rate`. If the way bends, it stays nearer: half way between the keys, the camera is off
+// the straight line by an eighth of the bend times the square of the frames, which adds to the error. Returns the
+// number of frames ahead.
 float CpuReuse::leadKey(LazyStrip& strip, uint32_t e, float rate, float target, StripKeys& keys) const
 {
     const EyeMotion& motion = m_rule.eye[e];
@@ -88,8 +89,8 @@ float CpuReuse::leadKey(LazyStrip& strip, uint32_t e, float rate, float target, 
         way += gone * gone;
         pace += motion.step[i] * motion.step[i];
     }
-    const float behind = std::sqrt(way / pace); // frames
-    // the frames at which rate * (frames + bend * frames^2) is the target
+    const float behind = std::sqrt(way / pace); // frames since the first key
+    // solves rate * (frames + bend * frames^2) = target for frames
     const float bend = motion.bend / (8 * kCurve);
     const auto framesFor = [&](float each) {
         const float all = 2 * target / (each + std::sqrt(each * (each + 4 * target * bend)));
@@ -100,15 +101,16 @@ float CpuReuse::leadKey(LazyStrip& strip, uint32_t e, float rate, float target, 
         for (int i = 0; i < 3; ++i)
             keys.center[1][i] = motion.center[i] + frames * motion.step[i];
         keys.span = strip.changeOf(keys.lanes)(keys.center[0], keys.center[1]);
-        if (attempt == 0) // the change is not linear in the motion close by
+        if (attempt == 0) // near the camera the change is not linear in the motion, so try once more
             frames = framesFor(keys.span / (frames + behind));
     }
     return frames;
 }
 
-// Where to decode a strip from: from a place ahead on the camera's way, so that the entry is drawn between it and its
-// last key; without one, or where the camera has left the line, from half a life ahead. How far: as the bound allows or,
-// where that is more, as long as the budget makes entries live. `seen`: by any eye.
+// Plans the keys for decoding a strip. The new key lies ahead on the camera's way, so that the entry is drawn between
+// it and the last key. If there is no last key, or the camera has left the line, the new key lies half of an entry's
+// life ahead. The distance is as large as the bound allows or, if that is more, what the budget makes entries live.
+// `seen`: anchors that any eye sees.
 StripKeys CpuReuse::planFor(LazyStrip& strip, uint32_t e, const EyeWork& eye, uint32_t seen, float cover) const
 {
     const EyeMotion& motion = m_rule.eye[e];
@@ -116,7 +118,7 @@ StripKeys CpuReuse::planFor(LazyStrip& strip, uint32_t e, const EyeWork& eye, ui
     StripKeys plan = keysAt(motion.center, seen, own == kNoSlot);
     const auto change = strip.changeOf(eye.lanes);
     if (motion.steady) {
-        // a strip without an entry is decoded whatever the budget, and its change does not matter
+        // a strip without an entry is decoded whatever the budget is, and its change does not matter
         const float level = own != kNoSlot && m_rule.decode_budget > 0 ? m_level[e] : 0.0f;
         const float half = halfLife(allowedChange(m_rule, e, strip.id, plan, cover), level);
         StripKeys keys = plan;
@@ -135,7 +137,7 @@ StripKeys CpuReuse::planFor(LazyStrip& strip, uint32_t e, const EyeWork& eye, ui
     return plan;
 }
 
-// The eye's own entry. Returns whether it is good enough.
+// Chooses the eye's own entry, if there is one. Returns true if its predicted error is small enough.
 bool CpuReuse::chooseOwn(LazyStrip& strip, uint32_t e, uint32_t seen, float cover, EyeWork& eye)
 {
     eye.slot = m_cache.find(strip.id, e);
@@ -150,7 +152,7 @@ bool CpuReuse::chooseOwn(LazyStrip& strip, uint32_t e, uint32_t seen, float cove
     return eye.drawn.error <= allowed;
 }
 
-// The other eye's entry, where it is the better one. Returns whether it is good enough.
+// Chooses the other eye's entry if its predicted error is smaller. Returns true if that is small enough.
 bool CpuReuse::chooseOther(LazyStrip& strip, uint32_t e, uint32_t seen, float cover, EyeWork& eye)
 {
     const uint32_t other = m_cache.find(strip.id, 1 - e);
@@ -165,16 +167,16 @@ bool CpuReuse::chooseOther(LazyStrip& strip, uint32_t e, uint32_t seen, float co
     return there.error <= allowedChange(m_rule, e, strip.id, keys, cover);
 }
 
-// Decides which entry each eye draws of a strip, and which is due. An eye may draw the other's entry unless that is due
-// itself; the right eye may draw what the left one decodes.
+// Decides for a strip which entry each eye draws, and which is due. An eye may draw the other eye's entry unless that
+// is due itself; the right eye may draw what the left one decodes.
 void CpuReuse::scheduleByError(uint32_t eye_count, LazyStrip& strip, StripWork& work)
 {
     const uint32_t seen = work.eye[0].lanes | work.eye[1].lanes;
-    float cover = 0; // largest cover of the strip when it was last drawn
+    float cover = 0; // largest share of the picture that a Gaussian of the strip covered when it was last drawn
     for (uint32_t e = 0; e < eye_count; ++e)
         if (const uint32_t slot = m_cache.find(strip.id, e); slot != kNoSlot)
             cover = std::max(cover, m_cache.entry(slot).cover);
-    bool stays[kMaxEyes] = {true, true}; // the eye's own entry, which the other may draw then
+    bool stays[kMaxEyes] = {true, true}; // the eye's own entry is good enough, so the other eye may draw it, too
     for (uint32_t e = 0; e < eye_count; ++e)
         stays[e] = work.eye[e].lanes == 0 || chooseOwn(strip, e, seen, cover, work.eye[e]);
     for (uint32_t e = 0; e < eye_count; ++e) {
@@ -200,8 +202,8 @@ void CpuReuse::scheduleByError(uint32_t eye_count, LazyStrip& strip, StripWork& 
         right.plan = planFor(strip, 1, right, seen, cover);
 }
 
-// Decides which strips are due, by age. In merged stereo, the GS-Cache paper's one decode for both eyes, eye 0 owns the
-// entry, whether or not it sees the strip.
+// Decides by age which strips are due. If the eyes are merged, as in the GS-Cache paper, eye 0 owns the entry, whether
+// or not it sees the strip.
 void CpuReuse::scheduleByDepth(const ReuseFrame& frame, uint32_t id, StripWork& work)
 {
     float middle[3];
@@ -237,7 +239,7 @@ void CpuReuse::scheduleBlock(const ReuseFrame& frame, size_t block)
             scheduleByDepth(frame, strip.id, work);
         for (uint32_t e = 0; e < frame.eye_count; ++e) {
             EyeWork& eye = work.eye[e];
-            // the entry that it draws, and the last key that the plan may need
+            // marks as used: the entry that is drawn, and the one whose last key the plan may need
             for (const uint32_t slot : {eye.due ? m_cache.find(strip.id, e) : kNoSlot, eye.slot})
                 if (slot != kNoSlot) {
                     m_cache.entry(slot).used = m_frame;
@@ -247,7 +249,7 @@ void CpuReuse::scheduleBlock(const ReuseFrame& frame, size_t block)
     }
 }
 
-// Grants decodes of due strips: all that must be, then the largest changes as far as the budget goes.
+// Grants decodes of due strips: all that must be decoded, then those with the largest changes, within the budget.
 void CpuReuse::grant(const ReuseFrame& frame)
 {
     for (uint32_t e = 0; e < frame.eye_count; ++e) {
@@ -265,7 +267,8 @@ void CpuReuse::grant(const ReuseFrame& frame)
                 granted += anchors;
             else
                 m_budgeted.push_back({urgencyBucket(eye.outlook.urgency), splitOf(stripId(w), uint32_t(m_frame)), w});
-            if (eye.outlook.rate < INFINITY) // a camera on an anchor changes everything at once
+            // with a camera on an anchor the rate is infinite, and would make the sum useless
+            if (eye.outlook.rate < INFINITY)
                 rates += double(eye.outlook.rate) * anchors;
         }
         m_level[e] = budgetLevel(m_rule, due, float(rates));

@@ -15,7 +15,8 @@ void DeliveryMemory::make(const std::vector<DeviceId>& devices, const DeviceId& 
     m_on_device = devicePictures(devices.front().backend == "auto" ? ready : devices.front());
 }
 
-// A lost or full device gives no memory for pictures: they are then delivered in that of another worker's device.
+// Takes memory for a pose's pictures. If the device is lost or full, they are delivered in memory of this worker's
+// device.
 DeliveryMemory::Taken DeliveryMemory::take(const PoseWork& work, Pictures from, const Renderer& renderer)
 {
     try {

@@ -15,13 +15,15 @@ namespace {
 
 enum class Fault { None, Throw, Hang, Lost, Memory };
 
-// Goes on when a renderer is made anew: otherwise the new one would fail at the same frame again.
+// Source of random faults, which all renderers of a worker use in turn: a new renderer must not fail at the same frame
+// as the one before.
 struct FaultSource {
     explicit FaultSource(const Faults& from) : faults(from) {}
 
     Fault next()
     {
-        uint64_t bits = faults.seed * 0x9e3779b97f4a7c15u + ++drawn * 0xbf58476d1ce4e5b9u; // splitmix64
+        // splitmix64, a random number generator
+        uint64_t bits = faults.seed * 0x9e3779b97f4a7c15u + ++drawn * 0xbf58476d1ce4e5b9u;
         bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9u;
         bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebu;
         double left = double((bits ^ (bits >> 31)) >> 11) / 9007199254740992.0;
@@ -79,7 +81,7 @@ public:
         if (state == FrameState::Pending)
             return state;
         const auto found = m_faults.extract(ticket);
-        if (state != FrameState::Done) // drawn again, as another frame
+        if (state != FrameState::Done) // the frame will be drawn again, and then counts as another one
             return state;
         const Fault fault = found ? found.mapped() : Fault::None;
         m_lost = fault == Fault::Lost;
@@ -107,7 +109,7 @@ private:
 
     std::unique_ptr<Renderer> m_renderer;
     std::shared_ptr<FaultSource> m_source;
-    std::map<uint64_t, Fault> m_faults; // faults of frames in flight, by ticket
+    std::map<uint64_t, Fault> m_faults; // faults chosen for frames in flight, by ticket
     bool m_lost = false;
 };
 

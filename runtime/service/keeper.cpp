@@ -9,7 +9,7 @@ namespace gsc {
 
 namespace {
 
-constexpr auto kLook = std::chrono::milliseconds(5); // between two looks
+constexpr auto kLook = std::chrono::milliseconds(5); // time between two looks at the service
 
 void followPace(ServiceState& service, Pace& pace)
 {

@@ -7,7 +7,8 @@
 
 namespace gsc {
 
-// The thread ends after ServiceState::stopping is set. Throws std::system_error if the system gives no thread.
+// Starts the thread, which ends after ServiceState::stopping is set. Throws std::system_error if the system gives no
+// thread.
 std::thread startKeeper(const std::shared_ptr<ServiceState>& service);
 
 } // namespace gsc

@@ -40,7 +40,7 @@ void PoseLedger::failPose(Pose& pose, const std::exception_ptr& error)
 {
     if (!m_rules.keeps_all)
         return end(pose.id, overtaken(pose) ? PoseEnd::Late : PoseEnd::Failed, error);
-    pose.state = State::Failed; // reported when its turn has come
+    pose.state = State::Failed; // with keeps_all, the failed pose is delivered when its turn has come
     pose.error = error;
     pose.parts.clear();
 }
@@ -71,7 +71,7 @@ uint64_t PoseLedger::next(ServiceTime now)
 void PoseLedger::begin(uint64_t pose, std::vector<PosePart> parts)
 {
     Pose* const found = find(pose);
-    uint32_t attempts = 0; // jobs of before are not taken for those to come
+    uint32_t attempts = 0; // counts on from the earlier parts, so that a job from then is not mistaken for a new one
     for (const Part& part : found->parts)
         attempts = std::max(attempts, part.attempt);
     found->state = State::Begun;

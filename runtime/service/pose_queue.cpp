@@ -16,7 +16,7 @@ PoseQueue::PoseQueue(const ServiceOptions& options, const ServiceClock& clock, T
 
 bool PoseQueue::isStill(const PoseWork& work) const
 {
-    if (work.late != nullptr) // its eyes are not known yet
+    if (work.late != nullptr) // a pose with `late` gets its eyes only when it is begun, so they cannot be compared
         return false;
     if (m_last == nullptr || (m_options.still_distance <= 0 && m_options.still_degrees <= 0))
         return false;
@@ -111,7 +111,7 @@ void PoseQueue::failWaiting(const std::exception_ptr& error)
     settle();
 }
 
-// Drops poses that have ended in the ledger.
+// Drops the poses that have ended in the ledger.
 void PoseQueue::settle()
 {
     for (const EndedPose& ended : m_ledger.takeEnded()) {
@@ -130,7 +130,7 @@ void PoseQueue::settle()
         m_poses.erase(found);
         m_changed.notify_all();
     }
-    if (m_ledger.canDeliver()) // a failed pose may be due, too
+    if (m_ledger.canDeliver()) // a failed pose may be due for delivery, too
         m_changed.notify_all();
 }
 

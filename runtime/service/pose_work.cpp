@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A single pose: layout of its pictures, results of its parts, and comparison with another pose.
+// A single pose of a service: layout of the pictures, results of the parts, and comparison with another pose.
 #include "runtime/service/pose_work.h"
 
 #include <algorithm>
@@ -10,8 +10,8 @@ namespace gsc {
 
 namespace {
 
-// True if an eye is so near to another that it shows the same. Two rotations by an angle from each other differ by
-// sqrt(8) sin(angle / 2), which stays exact for small angles.
+// Returns true if two eyes are so near to each other that they show the same. The matrices of two rotations by an
+// angle from each other differ by sqrt(8) sin(angle / 2), a formula that is exact for small angles.
 bool isNear(const EyeParams& a, const EyeParams& b, double distance, double degrees)
 {
     double moved = 0, turned = 0;
@@ -91,7 +91,7 @@ std::span<const EyeParams> PoseWork::latestEyes() const
         late->found =
             asked.late(late->eyes) &&
             std::ranges::equal(late->eyes, asked.eyes, [](const EyeParams& a, const EyeParams& b) {
-                return a.width == b.width && a.height == b.height; // memory was laid out for pictures of their size
+                return a.width == b.width && a.height == b.height; // the memory was laid out for pictures of this size
             });
     });
     return late->found ? late->eyes : asked.eyes;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions that callers of a service use: start and stop, submit, next, and the numbers.
+// Functions of a service that its callers use: start and stop, submit, next, and the numbers.
 #include "runtime/service/renderer_service.h"
 
 #include <gsc/error.h>
@@ -18,7 +18,7 @@ namespace {
 
 using Lock = std::unique_lock<std::mutex>;
 
-constexpr auto kHangsAtEnd = std::chrono::seconds(1); // time that the end waits for a worker in a call
+constexpr auto kHangsAtEnd = std::chrono::seconds(1); // time that the end waits for a worker that hangs in a call
 
 void checkServiceOptions(const ServiceOptions& options)
 {
@@ -109,11 +109,10 @@ void RendererService::start()
         });
     };
     settle(false);
-    for (const WorkerPtr& worker :
-         state.workers.all()) // a device that this build cannot use, or a mistake of the caller's
+    for (const WorkerPtr& worker : state.workers.all()) // the build cannot use the device, or the caller made a mistake
         if (worker->draws && worker->state == WorkerState::Gone && worker->fault && isOfRequest(worker->fault))
             std::rethrow_exception(worker->fault);
-    if (!state.first) // workers that should draw cannot; others may
+    if (!state.first) // the workers that should draw have failed, so others are tried
         settle(true);
     for (size_t i = 0; i < workers.size() && !state.first; ++i) {
         state.workers.order(*state.workers.all()[i], true, "the others cannot");
@@ -137,7 +136,7 @@ void RendererService::stop()
     const auto until = std::chrono::steady_clock::now() + kHangsAtEnd;
     for (const WorkerPtr& worker : state.workers.withAbandoned()) {
         const auto ends = [&] { return worker->finished || !worker->thread.joinable(); };
-        const ServiceTime deadline = // a device that does not give its memory back must not hold up the end for minutes
+        const ServiceTime deadline = // a device that does not free its memory must not delay the end by minutes
             worker->state == WorkerState::Loading ? state.options.load_deadline : state.options.deadline;
         if (worker->abandoned)
             state.caller_wakes.wait_until(lock, until, ends);
@@ -149,7 +148,7 @@ void RendererService::stop()
             continue;
         const bool ended = worker->finished;
         lock.unlock();
-        ended ? worker->thread.join() : worker->thread.detach(); // a detached thread owns all that it uses
+        ended ? worker->thread.join() : worker->thread.detach(); // a detached thread owns everything that it uses
         lock.lock();
     }
 }

@@ -13,7 +13,7 @@ namespace gsc {
 
 namespace {
 
-// Frames that each worker has waiting beside the two that it draws: a caller that answers late leaves none without work.
+// Frames in flight for each worker beside the two that it draws, so that no worker waits if the caller is late.
 constexpr uint32_t kFramesPerWorker = 3;
 
 class SharedRenderer final : public ServiceRenderer {
@@ -36,7 +36,7 @@ public:
     [[nodiscard]] Tier tierOf(Tier asked) const override { return service().tierOf(asked); }
     [[nodiscard]] uint32_t framesInFlight() const override { return serviceFramesInFlight(m_options.devices.size()); }
     void load(const ModelView& model) override { start(model); }
-    // a worker that hangs keeps the scene too
+    // Workers that hang keep the scene alive, too.
     void load(std::shared_ptr<const Scene> scene) override { start(std::move(scene)); }
     void dropCaches() override { service().dropCaches(); }
 
@@ -74,7 +74,7 @@ public:
         if (found == m_flying.end())
             throwNotInFlight(ticket);
         const auto from = std::chrono::steady_clock::now();
-        while (!found->delivery) { // they come in order, and may be asked for in another
+        while (!found->delivery) { // pictures come in order, but the caller may wait for them in another order
             const auto passed = std::chrono::steady_clock::now() - from;
             std::optional<Delivery> next = m_service->next(std::max(most - passed, std::chrono::nanoseconds(0)));
             if (!next)

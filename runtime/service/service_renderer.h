@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A service of several renderers behind the interface of one Renderer.
+// Makes a service of several renderers usable as one Renderer.
 #pragma once
 
 #include "runtime/service/renderer_service.h"
@@ -12,12 +12,13 @@ public:
     [[nodiscard]] virtual ServiceTrace trace() const = 0;
 };
 
-// Renderer::framesInFlight() of a service with this number of devices.
+// Returns Renderer::framesInFlight() of a service with this number of devices.
 uint32_t serviceFramesInFlight(size_t devices);
 
-// load() starts the service and throws as its constructor. Every frame is drawn, and pictures come in order:
-// ServiceOptions::keeps_all is set, whatever `options` say. All targets of a frame have one format and lie in memory of
-// this process; without targets, pictures are gathered as Rgba8 in memory of the first worker's device.
+// Makes the renderer. load() starts the service, and throws as its constructor does. Every frame is drawn, and
+// pictures come in order: ServiceOptions::keeps_all is set, whatever `options` say. All targets of a frame must have
+// one format and lie in memory of this process; without targets, pictures are collected as Rgba8 in memory of the
+// first worker's device.
 std::unique_ptr<ServiceRenderer> makeServiceRenderer(const ServiceOptions& options);
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// State shared by the callers of a service, its keeper and its workers' threads. One mutex guards it; renderers are used
+// State of a service that callers, the keeper and the workers' threads use. One mutex guards it. Renderers are used
 // without the mutex, each only by the thread of its worker (worker_thread.h).
 #pragma once
 
@@ -15,7 +15,7 @@ struct ServiceState {
     }
 
     const ServiceOptions options;
-    const std::shared_ptr<const Scene> scene; // null: the caller owns `model`
+    const std::shared_ptr<const Scene> scene; // the scene that `model` belongs to; null: the caller keeps `model` alive
     const ModelView model;
     const ServiceClock clock;
 
@@ -26,11 +26,11 @@ struct ServiceState {
     ServiceWorkers workers{options.devices, poses, trace, worker_wakes};
     Sharing sharing{options, clock, trace, poses, workers, worker_wakes};
     DeliveryMemory pictures;
-    uint64_t drops = 0;       // calls of dropCaches()
-    std::exception_ptr error; // the last fault
+    uint64_t drops = 0;       // number of calls of dropCaches()
+    std::exception_ptr error; // error of the last fault
     bool stopping = false;
 
-    struct First { // facts of the first renderer that was ready
+    struct First { // facts of the renderer that was ready first
         DeviceFacts device;
         Tier exact = Tier::Exact, fast = Tier::Fast;
     };

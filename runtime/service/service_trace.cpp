@@ -9,7 +9,7 @@ namespace gsc {
 namespace {
 
 const double kWidth = std::log(1.02);
-constexpr double kLeast = 1e-3; // ms
+constexpr double kLeast = 1e-3; // lowest latency that is told apart, ms
 
 } // namespace
 
@@ -55,7 +55,7 @@ void LatencyCounts::add(double ms)
     m_most = std::max(m_most, ms);
 }
 
-// The middle of the bucket that the value lies in.
+// Returns the middle of the bucket below which `share` of the values lie.
 double LatencyCounts::percentile(double share) const
 {
     const auto wanted = uint64_t(std::ceil(share * double(m_count)));

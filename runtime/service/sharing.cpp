@@ -7,20 +7,22 @@ namespace gsc {
 
 namespace {
 
-constexpr auto kTryAgain = std::chrono::seconds(20); // plans after a drift, at the soonest
+constexpr auto kTryAgain = std::chrono::seconds(20); // shortest time between two trials of the plans
 
-// Poses of another kind may be shared best by another plan.
+// Returns a number for the kind of a pose: another kind may be shared best by another plan.
 uint64_t kindOf(const PoseRequest& asked)
 {
     const FrameOptions& options = asked.options;
     uint64_t kind = asked.eyes.size() | uint64_t(options.tier) << 2 | uint64_t(options.reuse.policy) << 4 |
-                    uint64_t(options.detail > 0) << 6; // not how much: a guard changes it from frame to frame
+                    // only whether there is detail: a guard changes how much from frame to frame
+                    uint64_t(options.detail > 0) << 6;
     for (const EyeParams& eye : asked.eyes)
         kind = kind * 1000003 + eye.width * 65537ull + eye.height;
     return kind;
 }
 
-// No band knows whether the picture of its eye is empty, which the trainers make black.
+// Returns true if the picture of an eye may be empty, which the trainers draw black: a worker that draws a band of it
+// cannot know.
 bool mayBeEmpty(const PoseWork& work)
 {
     const FrameResult all = work.result();
@@ -41,9 +43,8 @@ std::optional<Job> Sharing::take(const Worker& worker, size_t flying)
     const std::vector<int> working = m_workers.working();
     const SharePlan plan = planFor(work, uint32_t(working.size()));
     const std::span<const int> sharing = std::span(working).first(std::min<size_t>(plan.workers, working.size()));
-    const auto rests = [&](int index) { // a second part is better left to it
-        return index != worker.index && m_workers.all()[size_t(index)]->jobs.empty();
-    };
+    // true for another worker that has nothing to do, to which a second part is left
+    const auto rests = [&](int index) { return index != worker.index && m_workers.all()[size_t(index)]->jobs.empty(); };
     const bool busy = plan.mode == ServiceMode::Frame
                           ? flying >= partsAhead() || (flying > 0 && std::ranges::any_of(sharing, rests))
                           : m_poses.begun() >= partsAhead();
@@ -87,7 +88,7 @@ std::vector<PosePart> Sharing::cut(const PoseWork& work, std::span<const int> wo
         for (uint32_t e = 0; e < eyes.size(); ++e)
             parts.push_back({1u << e, {}, workers[e % workers.size()]});
     } else if (work.plan.mode == ServiceMode::Split && workers.size() > 1 && width == eyes.back().width) {
-        // a band is the same columns of every eye
+        // each band covers the same columns of every eye
         for (const ColumnRange& band : m_bands.cut(width, uint32_t(workers.size())))
             parts.push_back({work.allEyes(), band, workers[parts.size()]});
     } else {
@@ -107,7 +108,7 @@ void Sharing::finish(const Job& job, PoseWork& work)
         if (!work.drawn_anew && !work.first_parts)
             learn(work);
     }
-    m_changed.notify_all(); // a worker that waited for this pose may begin the next
+    m_changed.notify_all(); // a worker that waited for the end of this pose may begin the next
 }
 
 void Sharing::learn(const PoseWork& work)
@@ -129,7 +130,8 @@ void Sharing::learn(const PoseWork& work)
         m_trace.note(TraceEvent::Kind::Plan, -1, m_choice.cause());
 }
 
-// A plan under trial tells little about the rate that workers can reach.
+// Returns the rate for starting and stopping workers. While plans are being tried it is the best rate so far, because
+// the current plan may be a slow one.
 double Sharing::paceRate() const
 {
     const double measured = m_rates.measured(m_workers.working().size());

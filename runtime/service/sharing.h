@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shares poses among workers: chooses the plan, and cuts each pose into parts by it. The service's mutex must be held in
-// every call.
+// Divides poses among workers: chooses the plan, and cuts each pose into parts by it. The service's mutex must be held
+// in every call.
 #pragma once
 
 #include "runtime/service/policy/bands.h"
@@ -19,19 +19,20 @@ public:
     {
     }
 
-    // Most parts of a worker in flight; also most poses begun at a time, if workers share each pose.
+    // Most parts in flight for a worker; if workers share each pose, also the most poses that are begun at a time.
     [[nodiscard]] size_t partsAhead() const { return m_options.keeps_all && m_choice.decided() ? kFramesInFlight : 1; }
-    // Takes the next part for a worker that has `flying` parts in flight: of a pose already begun, else of the next, which
-    // is then cut. None: the worker must wait until something changes.
+    // Takes the next part for a worker that has `flying` parts in flight: of a pose that is begun already, else of the
+    // next pose, which is then cut into parts. None: the worker must wait until something changes.
     std::optional<Job> take(const Worker& worker, size_t flying);
-    // Called when a part is drawn and noted in `work`. If it was the last, the pose is due, and rates and bands learn.
+    // Called when a part is drawn and noted in `work`. After the last part the pose can be delivered, and rates and
+    // bands learn from it.
     void finish(const Job& job, PoseWork& work);
 
     // Frames per second by which workers are started and stopped.
     [[nodiscard]] double paceRate() const;
     [[nodiscard]] double foreseen(double rate) const { return m_rates.foreseen(rate, m_clock.now()); }
 
-    void fill(ServiceStats& stats) const; // plan and rates
+    void fill(ServiceStats& stats) const; // sets plan and rates
 
 private:
     SharePlan planFor(const PoseWork& work, uint32_t workers);
@@ -45,8 +46,8 @@ private:
     const ServiceWorkers& m_workers;
     std::condition_variable& m_changed;
     ModeChoice m_choice;
-    std::vector<SharePlan> m_tried; // plans tried by m_choice
-    uint64_t m_tried_kind = 0;      // kind of the poses that the modes were tried with
+    std::vector<SharePlan> m_tried; // plans that m_choice tries
+    uint64_t m_tried_kind = 0;      // kind of the poses for which the plans were tried
     ServiceTime m_tried_at{0};
     BandBalance m_bands;
     Rates m_rates;

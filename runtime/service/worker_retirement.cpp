@@ -22,8 +22,8 @@ std::string textOf(const std::exception_ptr& error)
     }
 }
 
-// A machine that is slower than the deadline makes every part a fault: where `most_faults` lets a worker go on, nothing
-// would be drawn for minutes without a longest pause.
+// Counts a fault and sets the worker's pause, which has an upper limit. On a machine that is slower than the deadline
+// every part is a fault; if `most_faults` allows many, nothing would be drawn for minutes otherwise.
 void countFault(ServiceState& service, Worker& worker, const std::exception_ptr& error, const std::string& text,
                 bool lasting)
 {
@@ -38,7 +38,7 @@ void countFault(ServiceState& service, Worker& worker, const std::exception_ptr&
     service.trace.note(TraceEvent::Kind::Retire, worker.index, text);
 }
 
-// Gives back the parts that `out` draws, and wakes the others to draw them.
+// Gives back the parts that `out` was drawing, and wakes the other workers to draw them.
 void giveBack(ServiceState& service, Worker& out, const std::exception_ptr& error)
 {
     service.poses.giveBack(std::exchange(out.jobs, {}), error);
@@ -72,7 +72,7 @@ void retire(ServiceState& service, Worker& worker, const std::exception_ptr& err
 bool comesBack(ServiceState& service, Worker& worker)
 {
     if (worker.state != WorkerState::Retired || service.clock.now() < worker.returns)
-        return false; // the keeper wakes it
+        return false; // the pause is not over; the keeper will wake the worker later
     service.trace.note(TraceEvent::Kind::Return, worker.index, "after a fault");
     worker.state = WorkerState::Cold;
     return true;

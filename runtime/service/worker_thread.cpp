@@ -13,10 +13,11 @@ namespace gsc {
 
 namespace {
 
-// Parts of a renderer that are too early to tell its speed: buffers grow; with detail, coarse copies are made.
+// Number of the first parts of a renderer whose times do not count, because buffers grow; with detail more, because
+// coarse copies are made.
 constexpr uint32_t kFirstParts = 3, kFirstCoarseParts = 16;
 
-// Members belong to the thread alone; m_lock is held except in calling().
+// The thread of a worker. Only the thread itself uses the members. The service's mutex is held except in calling().
 class WorkerThread {
 public:
     WorkerThread(std::shared_ptr<ServiceState> service, WorkerPtr worker)
@@ -50,18 +51,19 @@ private:
         Job job;
         std::shared_ptr<PoseWork> work;
         PosePart what;
-        uint32_t slot = 0;                     // slot of the bridge
-        std::shared_ptr<PictureBridge> bridge; // copies the picture to where it is delivered; null: it is drawn there
+        uint32_t slot = 0; // slot of PictureBridge that the part uses
+        // copies the picture to the memory of delivery; null: the renderer draws there itself
+        std::shared_ptr<PictureBridge> bridge;
         std::vector<EyeParams> eyes;
         std::vector<FrameTarget> targets;
         FrameOptions options;
         uint64_t ticket = 0;
-        ServiceTime since{0}; // taken
+        ServiceTime since{0}; // time when the part was taken
 
         [[nodiscard]] FrameRequest request() const { return {eyes, targets, options}; }
     };
 
-    // Runs `call`, which uses the renderer, without the mutex. replaceHanging() looks for one that takes too long.
+    // Runs `call`, which uses the renderer, without the mutex. replaceHanging() finds calls that take too long.
     template <typename Call>
     auto calling(const Call& call) -> decltype(call())
     {
@@ -147,7 +149,7 @@ private:
         m_service->caller_wakes.notify_all();
     }
 
-    // Takes a part and submits it. False: there is none.
+    // Takes a part and submits it to the renderer. Returns false if there is none.
     bool beginPart()
     {
         const std::optional<Job> job = m_service->sharing.take(*m_worker, m_flying.size());
@@ -181,13 +183,13 @@ private:
         const DeliveryMemory::Taken taken = calling([&] { return DeliveryMemory::take(work, from, *m_renderer); });
         if (taken.pictures != from)
             m_service->pictures.moveTo(taken.pictures);
-        if (work.memory == nullptr) { // another worker may have been faster
+        if (work.memory == nullptr) { // set only if no other worker has set it meanwhile
             work.memory = taken.memory;
             work.pictures = taken.pictures;
         }
     }
 
-    // Fills in the part's options, eyes and targets, which the renderer is asked with.
+    // Sets the options, eyes and targets of the part for the renderer.
     void prepare(PartInFlight& part, bool old_bridge)
     {
         const PoseWork& work = *part.work;
@@ -220,7 +222,7 @@ private:
             }
     }
 
-    // Waits for the oldest part and brings it home.
+    // Waits for the oldest part, copies the picture to where it is delivered, and notes the result.
     void endPart()
     {
         PartInFlight& part = m_flying.front();
@@ -281,7 +283,8 @@ private:
         m_service->sharing.finish(ended.job, work);
     }
 
-    // A worker that has rested has coarse copies of old views, if any.
+    // Returns true if the part's time does not count. With detail, counting starts again after the worker has rested,
+    // because the coarse copies are then of old views or missing.
     bool tooEarly(bool coarse)
     {
         const uint64_t starts = m_worker->stats.starts;
@@ -292,8 +295,8 @@ private:
         return m_drawn < (coarse ? kFirstCoarseParts : kFirstParts);
     }
 
-    // For a catch block: fails the pose of `job` if no worker could draw it, otherwise rethrows the fault as the
-    // worker's.
+    // For a catch block: fails the pose of `job` if no worker could draw it; otherwise rethrows the fault, which then
+    // counts as the worker's.
     void failRequest(const Job& job)
     {
         const std::exception_ptr error = std::current_exception();
@@ -304,7 +307,8 @@ private:
         m_service->worker_wakes.notify_all();
     }
 
-    // Before the renderer goes, which resets a device that is lost: then memory of its pictures is of no use.
+    // Stops delivering in memory of a lost device. Called before the renderer is destroyed, which resets the device
+    // and makes that memory useless.
     void forgetLost()
     {
         DeliveryMemory& memory = m_service->pictures;
@@ -315,7 +319,7 @@ private:
         memory.moveTo(devicePictures(first.backend == "auto" ? m_worker->stats.device : first));
     }
 
-    // Waits for the renderer's frames before their pictures' memory is freed.
+    // Destroys the renderer, which waits for its frames, and then the frames with their pictures' memory.
     void letGo()
     {
         m_bridge.reset();
@@ -326,15 +330,15 @@ private:
 
     const std::shared_ptr<ServiceState> m_service;
     const WorkerPtr m_worker;
-    std::unique_lock<std::mutex> m_lock; // holds the service's mutex
-    std::deque<PartInFlight> m_flying;   // oldest first
+    std::unique_lock<std::mutex> m_lock; // lock of the service's mutex
+    std::deque<PartInFlight> m_flying;   // parts in flight, oldest first
     std::unique_ptr<Renderer> m_renderer;
     std::shared_ptr<PictureBridge> m_bridge;
     std::shared_ptr<PictureMemory> m_bridge_to;
-    ServiceTime m_busy_until{0}; // end of the part drawn last
-    uint32_t m_drawn = 0;        // parts, by the renderer that it has now; with detail, since it was without copies
-    bool m_coarse = false;       // the last part had detail
-    uint64_t m_starts = 0;       // WorkerStats::starts at it
+    ServiceTime m_busy_until{0}; // end of the part that was drawn last
+    uint32_t m_drawn = 0;        // parts drawn by the current renderer; with detail, since it had no copies
+    bool m_coarse = false;       // true if the last part was drawn with detail
+    uint64_t m_starts = 0;       // WorkerStats::starts at the last part
 };
 
 } // namespace

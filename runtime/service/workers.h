@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// State of a service's workers: which draw, which rest, which have failed. The service's mutex must be held to read or write
-// it.
+// State of a service's workers: which draw, which rest, which have failed. The service's mutex must be held to read or
+// write it.
 #pragma once
 
 #include "runtime/service/pose_queue.h"
@@ -16,15 +16,15 @@ struct Worker {
     const DeviceId device;
 
     WorkerState state = WorkerState::Cold;
-    bool draws = false;                 // is to draw; else it holds the model, to be ready at once
-    bool abandoned = false;             // hangs: another worker has taken its place
-    std::optional<ServiceTime> in_call; // start of the call into the renderer that it is in
-    ServiceTime returns{0};             // end of its pause, in state Retired
-    uint64_t dropped = 0;               // count of ServiceState::drops that it has carried out
-    std::vector<Job> jobs;              // jobs that it is drawing
+    bool draws = false;                 // the worker shall draw; false: it keeps the model, to be ready at once
+    bool abandoned = false;             // true: the worker hangs, and another one has taken its place
+    std::optional<ServiceTime> in_call; // when the current call into the renderer began; none = not in a call
+    ServiceTime returns{0};             // time when the pause ends, in state Retired
+    uint64_t dropped = 0;               // value of ServiceState::drops that the worker has acted on
+    std::vector<Job> jobs;              // jobs that the worker is drawing
     uint32_t faults_in_a_row = 0;
-    std::exception_ptr fault; // the last fault
-    bool finished = false;    // the thread is about to end
+    std::exception_ptr fault; // error of the last fault
+    bool finished = false;    // true once the thread is about to end
     WorkerStats stats;
     std::thread thread;
 
@@ -41,18 +41,18 @@ public:
     ServiceWorkers(const std::vector<DeviceId>& devices, PoseQueue& poses, TraceRecord& trace,
                    std::condition_variable& changed);
 
-    [[nodiscard]] const std::vector<WorkerPtr>& all() const { return m_all; } // by Worker::index
+    [[nodiscard]] const std::vector<WorkerPtr>& all() const { return m_all; } // all workers; the index is Worker::index
     [[nodiscard]] std::vector<int> working() const;
     [[nodiscard]] bool allGone() const;
 
     void order(Worker& worker, bool draws, const std::string& cause);
 
-    // Puts `fresh` in the place of a worker that hangs, which is kept until its thread has ended.
+    // Puts `fresh` in the place of a worker that hangs. The old one is kept until its thread has ended.
     void replace(WorkerPtr fresh);
     void joinFinished();
-    [[nodiscard]] std::vector<WorkerPtr> withAbandoned() const; // every worker that may have a thread
+    [[nodiscard]] std::vector<WorkerPtr> withAbandoned() const; // returns all workers that may have a thread
 
-    void fill(ServiceStats& stats) const; // working and workers
+    void fill(ServiceStats& stats) const; // sets `working` and `workers`
 
 private:
     PoseQueue& m_poses;

@@ -16,7 +16,8 @@ namespace gsc {
 
 namespace {
 
-constexpr double kNear = 0.01, kFar = 100; // upstream's; they move no pixel, only the third row of `full`
+// near and far plane of the trainers; they change no pixel, only the third row of `full`
+constexpr double kNear = 0.01, kFar = 100;
 
 double multiplyAdd(double a, double b, double c)
 {
@@ -27,9 +28,9 @@ float multiplyAdd(float a, float b, float c)
     return std::fma(a, b, c);
 }
 
-// Inverse of a row-major 4 x 4 matrix by LU with partial pivoting. note: the float version fuses each multiply-add and
-// scales columns by the pivot's reciprocal, as the trainers' library does on their GPU: the camera centre comes out bit
-// for bit on every golden camera.
+// Inverts a row-major 4 x 4 matrix by LU decomposition with partial pivoting. note: the float version fuses each
+// multiply-add and multiplies by the pivot's reciprocal, as the trainers' library does on their GPU: the camera's
+// centre is equal bit for bit for every camera of the golden data
 template <typename T>
 void invert4(const T in[16], T out[16])
 {
@@ -69,14 +70,14 @@ void invert4(const T in[16], T out[16])
         out[i] = x[i / 4][i % 4];
 }
 
-// Row-major 4 x 4 [R^T | t + R^T origin].
+// Computes the row-major 4 x 4 matrix [R^T | t + R^T origin].
 void worldToView(const Camera& camera, const double origin[3], double out[16])
 {
     for (int r = 0; r < 3; ++r) {
         out[4 * r + 3] = camera.translation[r];
         for (int c = 0; c < 3; ++c) {
             out[4 * r + c] = camera.rotation[3 * c + r];
-            if (origin[c] != 0) // a sum would turn a zero of the trainers' round
+            if (origin[c] != 0) // adding 0 would turn a -0 into +0, unlike in the trainers' matrix
                 out[4 * r + 3] += out[4 * r + c] * origin[c];
         }
         out[12 + r] = 0;
@@ -84,10 +85,10 @@ void worldToView(const Camera& camera, const double origin[3], double out[16])
     out[15] = 1;
 }
 
-// The entries of the projection that are neither 0 nor 1: P00, P11, P22, P23, P02, P12.
+// Computes the entries of the projection that are neither 0 nor 1: P00, P11, P22, P23, P02, P12.
 void projectionEntries(const Camera& camera, double out[6])
 {
-    // upstream's order of operations: through the half extents of the near plane
+    // in the trainers' order of operations, through half the extents of the near plane
     const double right = std::tan(camera.fov_x / 2) * kNear;
     const double top = std::tan(camera.fov_y / 2) * kNear;
     out[0] = 2 * kNear / (right + right);
@@ -104,7 +105,7 @@ void fullProjection(const double projection[6], const T world_to_view[12], T out
     for (int c = 0; c < 4; ++c) {
         out[c] = T(projection[0]) * world_to_view[c];
         out[4 + c] = T(projection[1]) * world_to_view[4 + c];
-        // note: a product of zero would be added too late to keep the trainers' signed zeros
+        // note: adding a product of zero would lose the trainers' signed zeros
         if (projection[4] != 0)
             out[c] += T(projection[4]) * world_to_view[8 + c];
         if (projection[5] != 0)
@@ -115,7 +116,7 @@ void fullProjection(const double projection[6], const T world_to_view[12], T out
     out[11] += T(projection[3]);
 }
 
-// Sets the fields of `eye` that follow from the lens and from eye.world_to_view. T: type of its numbers.
+// Sets the fields of `eye` that depend on the lens and on eye.world_to_view. T is the type of their numbers.
 template <typename T, typename Eye>
 void setLens(const Camera& camera, Eye& eye)
 {
@@ -152,7 +153,7 @@ SourceCamera sourceCamera(const CameraRecord& record, std::string_view names)
 
 void finishCamera(Camera& camera, uint32_t width, uint32_t height, double fov_x)
 {
-    // a focal length in pixels belongs to the size of the photograph; where that is unknown, to the one asked for
+    // a focal length in pixels belongs to the size of the photograph or, if that is unknown, to the size asked for
     const uint32_t base_width = camera.width > 0 ? camera.width : width;
     const uint32_t base_height = camera.height > 0 ? camera.height : height;
     if (base_width == 0 || base_height == 0)
@@ -165,7 +166,7 @@ void finishCamera(Camera& camera, uint32_t width, uint32_t height, double fov_x)
     }
     const bool square_pixels = fov_x > 0 || !(camera.fov_y > 0);
     const bool zooms_off_axis = fov_x > 0 && (camera.tan_mid_x != 0 || camera.tan_mid_y != 0);
-    if (zooms_off_axis) { // in halves of the image, which an angle does not change
+    if (zooms_off_axis) { // kept as a share of half the image's size, which a new angle does not change
         camera.tan_mid_x /= std::tan(camera.fov_x / 2);
         camera.tan_mid_y /= std::tan(camera.fov_y / 2);
     }
@@ -188,7 +189,7 @@ void finishCamera(Camera& camera, uint32_t width, uint32_t height, double fov_x)
     const uint32_t new_width = width > 0 ? width : base_width;
     const uint32_t new_height = height > 0 ? height : base_height;
     if (uint64_t(new_width) * base_height != uint64_t(new_height) * base_width) {
-        // pixels keep their shape: a taller picture shows more, a flatter one less
+        // pixels keep their shape: a relatively higher picture shows more, a lower one less
         const double aspect_change = (double(new_height) / new_width) / (double(base_height) / base_width);
         camera.fov_y = 2 * std::atan(std::tan(camera.fov_y / 2) * aspect_change);
     }
@@ -208,7 +209,7 @@ EyeParams eyeParams(const Camera& camera, const double (&origin)[3])
 
     setLens<float>(camera, eye);
 
-    // upstream inverts the transposed (row-vector) matrix; the pivots, and so the last bits, depend on that
+    // the trainers invert the transposed (row-vector) matrix; the pivots, and so the last bits, depend on that
     float transposed[16] = {}, inverse[16];
     for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 4; ++c)
@@ -236,8 +237,8 @@ void stereoPair(const Camera& camera, double ipd, Camera& left, Camera& right)
 {
     left = camera;
     right = camera;
-    // R^T times the unit right axis: (1, 0, 0), or longer where a transforms file scales the world
-    const glm::dmat3 to_view = glm::make_mat3(camera.rotation); // its columns are the rows of R
+    // R^T times the unit right axis: (1, 0, 0), or a longer vector if a transforms file scales the world
+    const glm::dmat3 to_view = glm::make_mat3(camera.rotation);
     const glm::dvec3 axis = transpose(to_view)[0], shift = to_view * axis / length(axis) * ipd / 2.0;
     for (int i = 0; i < 3; ++i) {
         left.translation[i] += shift[i];
@@ -248,15 +249,15 @@ void stereoPair(const Camera& camera, double ipd, Camera& left, Camera& right)
 Camera eyeOfHead(const Camera& head, const EyeView& view)
 {
     Camera eye = head;
-    // rows read as columns: the transposes, whose product turns round too
+    // row-major matrices read as column-major are the transposes, so the order of the product is reversed, too
     const glm::dmat3 inner = glm::make_mat3(view.rotation), turned = inner * glm::make_mat3(head.rotation);
     std::copy_n(glm::value_ptr(turned), 9, eye.rotation);
-    // place of the world's origin, in the head's axes
+    // place of the world's origin relative to the eye, in the head's axes
     const glm::dvec3 from_eye = glm::make_vec3(head.translation) - glm::make_vec3(view.position);
     const glm::dvec3 translation = inner * from_eye;
     std::copy_n(glm::value_ptr(translation), 3, eye.translation);
     const double left = std::tan(view.left), right = std::tan(view.right);
-    const double top = -std::tan(view.up), bottom = -std::tan(view.down); // y points down
+    const double top = -std::tan(view.up), bottom = -std::tan(view.down); // in a camera's axes y points down
     eye.fov_x = 2 * std::atan((right - left) / 2);
     eye.fov_y = 2 * std::atan((bottom - top) / 2);
     eye.tan_mid_x = (left + right) / 2;

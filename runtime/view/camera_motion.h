@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Places of the cameras of a frame's eyes, and their movement from frame to frame.
+// Centres of the eyes of a frame, and how they move from frame to frame.
 #pragma once
 
 #include "kernels/reuse/policy.h"
@@ -8,15 +8,16 @@ namespace gsc {
 
 class CameraMotion {
 public:
-    // Once per frame. A step that is no number starts anew, and so does an eye that was not there.
+    // Takes the eyes of the next frame. Motion starts anew if a step is not finite, and for an eye that the last frame
+    // did not have.
     void follow(const EyeParams* eyes, uint32_t eye_count);
-    void forget(); // the next frame's cameras are not continuous with the last
+    void forget(); // call it if the next frame's cameras do not continue the motion
 
     [[nodiscard]] const EyeMotion (&eyes() const)[kMaxEyes] { return m_eyes; }
 
 private:
     EyeMotion m_eyes[kMaxEyes];
-    uint32_t m_history[kMaxEyes] = {}; // frames in a row that the centre is known for, with the last one
+    uint32_t m_history[kMaxEyes] = {}; // number of frames in a row, up to the last, for which the eye's centre is known
 };
 
 } // namespace gsc

@@ -13,7 +13,7 @@ double levelsOf(const FrameGuardOptions& options)
     return options.finest_bias - options.coarsest_bias;
 }
 
-// Doublings of fovea_pixels that are possible.
+// Number of times that fovea_pixels can be doubled.
 double doublingsOf(const FrameGuardOptions& options)
 {
     if (!(options.fovea_pixels > 0))
@@ -37,8 +37,8 @@ void FrameGuard::add(double frame_ms)
     m_times[1] = m_times[2];
     m_times[2] = frame_ms;
     m_since = std::min(m_since + 1, kRemade);
-    // ignores the first frame of a run, which fills caches and buffers; with detail the first ones, which have no
-    // copies yet
+    // ignores the first frames of a run, which fill caches and buffers; with detail more of them, which have no copies
+    // yet
     m_count = std::min(m_count + 1, kRemade);
     if (m_count < (m_options.detail > 0 ? kRemade : 3))
         return;
@@ -88,7 +88,7 @@ double FrameGuard::lodBias() const
 double FrameGuard::foveaPixels() const
 {
     const double pixels = m_options.fovea_pixels * std::exp2(std::clamp(m_spent - m_levels_first, 0.0, m_doublings));
-    return std::min(pixels, double(kMostFoveaPixels)); // rounding
+    return std::min(pixels, double(kMostFoveaPixels)); // at most the limit, which rounding may exceed
 }
 
 void FrameGuard::applyTo(FrameOptions& frame) const

@@ -19,7 +19,7 @@ float lodLeash(const ModelView& model, const FrameOptions& options)
         finest = std::max(finest, std::min(model.levels[i].level, params.level_clamp));
     if (finest < 1)
         return 0;
-    // note: an anchor's own level offset is never negative and only moves its switch farther away
+    // note: an anchor's own level offset is never negative, and only moves the distance of its switch farther away
     const float ramp = rule == LevelRule::Progressive ? 1.0f : 0.5f * options.lod_fade;
     const float prediction = float(finest) - switchOffset(rule) + ramp;
     const float nearest =
@@ -45,10 +45,10 @@ void LodLag::follow(const ModelView& model, const FrameOptions& options, const E
             square += behind[i] * behind[i];
         }
         const float length = std::sqrt(square);
-        // a place that is not finite is given up: the comparison is false
+        // a place that is not finite is replaced by the camera's: the comparison is false
         const float kept = length <= leash ? 1.0f : length < INFINITY ? leash / length : 0.0f;
         for (int i = 0; i < 3; ++i) {
-            // within the leash the place itself stays, to the last bit
+            // while the camera is within the leash, the place stays the same to the last bit
             if (e >= m_known || !(length <= leash))
                 place[i] = kept > 0 ? eyes[e].center[i] + kept * behind[i] : eyes[e].center[i];
             chosen[e].center[i] = place[i];

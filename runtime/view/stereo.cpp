@@ -8,7 +8,8 @@ namespace gsc {
 
 bool sameDepths(const EyeParams& left, const EyeParams& right)
 {
-    // each value was rounded once, from double; a sum that cancels keeps the rounding of its parts in double
+    // relative tolerances: a value was rounded once, from double; a sum that cancels keeps the rounding of its parts
+    // in double
     constexpr float kRounded = 1.3e-7f, kCancelled = 1e-12f;
     const float *l = left.world_to_view + 8, *r = right.world_to_view + 8;
     float parts = 0;

@@ -13,7 +13,8 @@ namespace gsc {
 
 namespace {
 
-// Adds the bytes of a chunk's streams to `sizes`. Each stream lies in one array or in those of positions and sources.
+// Adds the packed bytes of the streams of a chunk to `sizes`. A stream is part of one array, or of positions and source
+// indices.
 void addStreams(const GscView& view, const RawPart& part, const StoredPart& stored, StoredBytes& sizes)
 {
     const ChunkArrayLayout layout = chunkArrayLayout(*view.params, view.chunks[part.chunk].anchor_count);
@@ -42,7 +43,7 @@ StoredBytes archiveSize(const GscFile& file, const GscView& view, int threads)
 {
     const std::vector<RawPart> parts = cutIntoParts(file.bytes(), view);
     StoredBytes sizes;
-    std::mutex mutex; // guards `sizes`, sums that do not depend on the order of adding
+    std::mutex mutex; // guards `sizes`; the order of adding does not matter
     uint64_t stored_bytes = 0;
     onPartThreads(parts.size(), threads, [&] {
         return [&, encoder = PartEncoder(view, ArchiveOptions().level)](size_t i) mutable {
@@ -58,7 +59,7 @@ StoredBytes archiveSize(const GscFile& file, const GscView& view, int threads)
                     stored.bytes.size();
         };
     });
-    // header and table, DATA, PART, each on pages of their own
+    // the archive has the header and section table, section DATA and section PART, each on pages of its own
     sizes.file = kSectionAlign + alignUp(stored_bytes, kSectionAlign) +
                  alignUp(sizeof(ArchiveHeader) + parts.size() * sizeof(ArchivePart), kSectionAlign);
     sizes.rest = sizes.file - sizes.anchors() - sizes.networks;

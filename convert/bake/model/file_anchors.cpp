@@ -9,7 +9,7 @@ namespace gsc {
 
 std::vector<AnchorPlace> keptPlaces(const GscView& view, const ReducedModel& model, const std::vector<uint32_t>& order)
 {
-    std::vector<uint32_t> chunks(view.header->anchor_count); // chunk of every anchor
+    std::vector<uint32_t> chunks(view.header->anchor_count); // number of the chunk of every anchor
     for (uint32_t c = 0; c < view.chunks.size(); ++c)
         std::fill_n(chunks.begin() + view.chunks[c].anchor_first, view.chunks[c].anchor_count, c);
     std::vector<AnchorPlace> kept;
@@ -22,7 +22,7 @@ std::vector<AnchorPlace> keptPlaces(const GscView& view, const ReducedModel& mod
 
 bool FileAnchors::next(AnchorBatch& batch, uint32_t fields, size_t max_rows)
 {
-    const ModelParams& p = *m_files[0].params; // the widths are those of all
+    const ModelParams& p = *m_files[0].params; // feat_dim and n_offsets, which are equal in all files
     const size_t rows = std::min(max_rows, m_places.size() - m_next);
     batch.first = m_next;
     batch.count = rows;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Anchors of .gsc files, behind the interface by which the writer reads a checkpoint.
+// Reads anchors of .gsc files through AnchorSource, the interface by which the writer reads a checkpoint.
 #pragma once
 
 #include "convert/bake/model/reduced_model.h"
@@ -12,15 +12,15 @@
 namespace gsc {
 
 struct AnchorPlace {
-    uint32_t file, chunk, anchor; // anchor: its index in the file
+    uint32_t file, chunk, anchor; // number of the input file, of the chunk in it, of the anchor in the file
 };
 
-// Places of the anchors of `order` that `model` keeps; all of one file.
+// Places of the anchors of `order` that `model` does not leave out. `view`: the only file.
 [[nodiscard]] std::vector<AnchorPlace> keptPlaces(const GscView& view, const ReducedModel& model,
                                                   const std::vector<uint32_t>& order);
 
-// The anchors at `places`, in that order, bit for bit as in their files. With `model`, made of the only file, scales, offsets
-// and features come from the model. All arguments must outlive it.
+// Reads the anchors at `places`, in that order, with the values of their files bit for bit. If `model`, made of the
+// only file, is given, scales, offsets and features are taken from it. All arguments must outlive this.
 class FileAnchors final : public AnchorSource {
 public:
     FileAnchors(const std::vector<GscView>& files, const std::vector<AnchorPlace>& places,

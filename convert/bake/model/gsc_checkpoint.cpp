@@ -62,7 +62,7 @@ Checkpoint checkpointOf(const GscView& view, const std::string& path)
     result.embedding_numbers.assign(view.embedding_rows.begin(), view.embedding_rows.end());
     for (const CameraRecord& record : view.cameras)
         result.cameras.push_back(sourceCamera(record, view.camera_names));
-    // a file that is made of another keeps its metre, even if the anchors that the metre came from are gone
+    // the metre of the file is kept, even if the anchors that it was derived from are gone
     result.metre = metreOfManifest(view.manifest).value_or(Metre{});
     return result;
 }
@@ -86,9 +86,9 @@ WriteOptions writeOptionsOf(const GscView& view)
         anchors->get<uint64_t>() <= kMaxAnchors)
         result.chunk_anchors = anchors->get<uint64_t>();
     if (const auto drop = options->find("drop_invalid"); drop != options->end() && drop->is_boolean())
-        // the option that the file was converted with; a file holds no invalid anchor
+        // taken over although a .gsc holds no invalid anchor, because the manifest states the option
         result.drop_invalid = drop->get<bool>();
-    // the one row that the file has: all rows are kept, and this says how many were asked for
+    // the option --appearance, if the file has the one row that it names; all rows of the file are written
     if (const auto row = options->find("appearance"); row != options->end() && row->is_number_unsigned() &&
                                                       view.embedding_rows.size() == 1 && *row == view.embedding_rows[0])
         result.appearance = int(view.embedding_rows[0]);
@@ -119,7 +119,7 @@ std::vector<uint32_t> anchorOrder(const GscView& view, bool by_source)
     if (view.params->position_encoding != uint32_t(PositionEncoding::Grid))
         return order;
     std::vector<std::pair<uint64_t, uint64_t>> keys(
-        n); // key of the node of 128 quanta, then the key inside: both together are too long
+        n); // per anchor: Morton key of its cube of 128 quanta, then its key within the cube
     for (const ChunkRecord& chunk : view.chunks) {
         const ChunkValues values(view, chunk);
         for (uint32_t i = 0; i < chunk.anchor_count; ++i) {
@@ -130,7 +130,7 @@ std::vector<uint32_t> anchorOrder(const GscView& view, bool by_source)
                 mortonEncode(uint32_t(q[0] & kMask), uint32_t(q[1] & kMask), uint32_t(q[2] & kMask))};
         }
     }
-    for (const LevelRecord& level : view.levels) // anchors of a level are contiguous
+    for (const LevelRecord& level : view.levels) // anchors of a level follow each other
         std::sort(order.begin() + ptrdiff_t(level.anchor_first),
                   order.begin() + ptrdiff_t(level.anchor_first + level.anchor_count),
                   [&](uint32_t a, uint32_t b) { return std::tuple(keys[a], a) < std::tuple(keys[b], b); });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A .gsc file as a checkpoint, for the writer.
+// Makes of a .gsc file the checkpoint that the writer takes.
 #pragma once
 
 #include "convert/input/checkpoint.h"
@@ -13,18 +13,19 @@
 
 namespace gsc {
 
-// Everything but the anchors. `path` names it in messages. Precondition: openGsc() opened `view` without errors.
+// All of the checkpoint but its anchors. `path` names the file in messages. Precondition: openGsc() opened `view`
+// without errors.
 [[nodiscard]] Checkpoint checkpointOf(const GscView& view, const std::string& path);
-// The manifest (META), or an empty object if it is no JSON object or nests too deep.
+// The manifest (section META) as JSON; an empty object if it is no JSON object or nested too deep.
 [[nodiscard]] OrderedJson manifestOf(std::string_view manifest);
-// Options that would make a file of the same anchors again, byte for byte.
+// Options with which the writer makes of the same anchors the same file, byte for byte.
 [[nodiscard]] WriteOptions writeOptionsOf(const GscView& view);
 
-// Rounds weights to the nearest halves.
+// Rounds all weights to the nearest half-precision number.
 void roundToHalves(std::vector<Mlp>& mlps);
 
-// Indices of all anchors of a file in the order that packs best: by level, then along the Morton curve of their grid; float
-// positions keep their order. by_source: in the order of their source indices instead.
+// Indices of all anchors of a file in the order that packs best: by level, then along the Morton curve of the grid.
+// Models with float positions keep their order. `by_source`: ordered by source index instead.
 [[nodiscard]] std::vector<uint32_t> anchorOrder(const GscView& view, bool by_source);
 
 } // namespace gsc

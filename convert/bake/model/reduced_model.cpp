@@ -17,15 +17,16 @@ const char* const kLeverNames[kLevers] = {"slots",  "anchors",  "features", "off
 
 namespace {
 
-// Most bits of a value, and least steps: a finer step would keep noise, a coarser one would gain nothing.
+// Exponents of the finest and the coarsest step: a finer step would store noise, a coarser one would save nothing.
 constexpr int kFinestStep = -20, kCoarsestStep = 8;
-// Bits saved by leaving out a slot or an anchor, beside the values of its slots. Each bit may cost as much error as a
-// bit of a rounded value there: 2 ln 2 / 12 of the error that a value may make.
+// Bits that leaving out a slot or an anchor saves, beside the values of its slots. A saved bit may cost as much error
+// as it does where a value is rounded: 2 ln 2 / 12 of BakePlan::error.
 constexpr double kSlotBits = 22, kAnchorBits = 260, kErrorPerBit = 0.1155;
-// Poses of a bake show less than visitors will see. So importance gets a prior, a share of the median: least for a slot
-// that is alive from none of the poses' places; more for a slot that is alive from more of them and whose anchor was
-// seen by fewer. An anchor that no pose saw has the worth of the seen anchor of rank kUnseenRank. (Measured on trained
-// models, with other poses than those.)
+// The poses of a bake do not show all that a visitor may see. So each slot gets importance on top of the measured one,
+// in shares of the median slot: kDead if no pose of the bake could make it opaque; kAsleep or kSeldom times the share
+// of poses that could, less if many poses saw its anchor; kAlways in any case. An anchor that no pose saw counts as
+// much as the seen one at quantile kUnseenRank. The numbers come from trained models, tested with poses that the bake
+// did not have.
 constexpr double kDead = 1e-4, kAsleep = 2, kSeldom = 2, kAlways = 0.01, kUnseenRank = 0.6;
 
 float maskedOffset()
@@ -33,7 +34,7 @@ float maskedOffset()
     return std::bit_cast<float>(kMaskedOffset);
 }
 
-// The step at which a value of this importance may be off by as much as the plan says.
+// Exponent of the step with which rounding a value of this importance costs about `error`.
 int stepOf(double error, double importance)
 {
     if (!(importance > 0))
@@ -46,7 +47,7 @@ void round(const float* from, uint32_t count, int exponent, float* to)
 {
     const double step = std::ldexp(1.0, exponent), inverse = std::ldexp(1.0, -exponent);
     for (uint32_t i = 0; i < count; ++i)
-        // note: plus zero, so that no -0 is stored; a value too large for its steps is one of them already
+        // note: adding 0.0 turns -0.0 into 0.0; a value of 2^23 steps or more has no bits below the step
         to[i] = std::isfinite(from[i]) && std::fabs(from[i]) * inverse < 0x1p23
                     ? float(std::nearbyint(double(from[i]) * inverse) * step + 0.0)
                     : from[i];
@@ -61,7 +62,8 @@ float largestOf(std::span<const float> values)
     return largest;
 }
 
-// Ranks of the values above zero, found in two looks at them and no copy: floats above zero are in the order of their bits.
+// Finds quantiles of the values above zero in two passes without a copy: positive floats are ordered like their bits as
+// integers.
 class Ranks {
 public:
     explicit Ranks(std::span<const float> values) : m_values(values), m_high(kBuckets)
@@ -73,7 +75,7 @@ public:
             }
     }
 
-    // The value that a share `share` of the values lies below.
+    // Value at quantile `share`, 0 to 1, of the values above zero; 0 if there are none.
     [[nodiscard]] double at(double share) const
     {
         if (m_count == 0)
@@ -90,7 +92,7 @@ public:
 private:
     static constexpr size_t kBuckets = size_t(1) << 16;
 
-    // The bucket that the value of a rank lies in; `rank` becomes that among those of the bucket.
+    // Bucket that holds the value of this rank; `rank` becomes the rank among the values in the bucket.
     static uint32_t bucketOf(uint64_t& rank, const std::vector<uint64_t>& counts)
     {
         uint32_t bucket = 0;
@@ -139,7 +141,7 @@ ReducedModel::ReducedModel(const ModelView& source, const Importance& importance
     m_unseen_place = of_places.at(kUnseenRank);
 }
 
-// Importance of a slot: measured by the poses, plus a prior for views that the poses likely missed.
+// Importance of a slot: the measured one, plus an amount for views that the poses of the bake do not show.
 double ReducedModel::worth(uint64_t anchor, uint32_t k, double measured, double median, double unseen) const
 {
     const uint32_t seen = m_importance.seen[anchor];
@@ -162,7 +164,7 @@ void ReducedModel::applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, cons
     for (int i = 0; i < 3; ++i)
         extent[i] = std::exp(double(scale[i]));
 
-    // sums over the slots that stay
+    // sums over the slots that are not masked
     double weight = 0, place = 0, moves[3] = {};
     uint32_t kept = 0;
     bool masked[kMaxOffsets] = {};
@@ -172,7 +174,7 @@ void ReducedModel::applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, cons
         const bool never = plan.error == 0 && m_importance.weight[slot] == 0 && m_importance.alive[slot] == 0;
         const double w = worth(anchor, k, double(m_importance.weight[slot]), m_median_weight, m_unseen_weight);
         masked[k] =
-            o[0] != o[0] || // masked in the source
+            o[0] != o[0] || // masked already in the source
             ((plan.levers & kLeverSlots) && (never || w * plan.costs.slot <= kErrorPerBit * kSlotBits * plan.error));
         if (masked[k])
             continue;
@@ -189,13 +191,14 @@ void ReducedModel::applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, cons
         (kept == 0 || weight * plan.costs.anchor <= kErrorPerBit * (kAnchorBits + kSlotBits * kept) * plan.error);
     m_left_out[anchor] = left_out;
     m_masks[anchor] = uint16_t(K - kept);
-    if (left_out) { // the renderer then draws nothing of it
+    if (left_out) { // all slots masked, so that the renderer draws nothing of the anchor
         std::fill_n(to_offset, 3 * K, maskedOffset());
         std::copy_n(scale, 6, m_scale.get() + 6 * anchor);
         std::copy_n(from.feature + size_t(F) * local, F, m_feature.get() + size_t(F) * anchor);
         return;
     }
-    // least: the finest step that a GPU holds, of a compact model
+    // rounds `count` values as the plan says. `least`: exponent of the finest step that fits the compact form; none for
+    // a plan without it
     const auto put = [&](uint32_t lever, const float* values, uint32_t count, double importance, float* to,
                          std::optional<int> least = {}) {
         const bool by_plan = (plan.levers & lever) && plan.error > 0;
@@ -218,7 +221,7 @@ void ReducedModel::applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, cons
             std::fill_n(to_offset + 3 * k, 3, maskedOffset());
         else
             std::copy_n(offset + 3 * k, 3, to_offset + 3 * k);
-    // least exponent over the slots that stay
+    // finest step for the offsets of all slots that are not masked
     const std::optional<int> least = leastOf({to_offset, size_t(3) * K}, kCompactOffsetBits);
     for (uint32_t k = 0; k < K; ++k)
         if (!masked[k])
@@ -227,7 +230,7 @@ void ReducedModel::applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, cons
     put(kLeverScales, scale + 3, 3, weight * plan.costs.size, m_scale.get() + 6 * anchor + 3);
 }
 
-// Renews the bounds of scales that selection relies on: no scale of a group's anchors is above the group's.
+// Sets the largest scales of each group and of the chunk anew: selection relies on no scale of an anchor being larger.
 void ReducedModel::boundChunk(uint32_t c)
 {
     ChunkRecord& chunk = m_chunks[c];

@@ -26,34 +26,36 @@ namespace {
 
 constexpr char kStateMagic[8] = {'g', 's', 'c', '-', 'b', 'a', 'k', 'e'};
 constexpr uint32_t kStateVersion = 1;
-// Before the first write, its time is estimated from the bytes; a slower disk is noticed at the second.
+// Bytes per second of the disk, assumed until the first write was timed; least time between two writes, as a multiple
+// of the time of a write.
 constexpr double kBytesPerSecond = 1e9, kLeastPauses = 100;
 
 struct StateHeader {
-    char magic[8];        // 0
-    uint32_t version;     // 8
-    uint32_t facts_bytes; // 12  text behind this
-    uint64_t anchors;     // 16
-    uint64_t slots;       // 24  of all anchors
-    uint32_t most_poses;  // 32  of a score
-    uint32_t poses;       // 36  that importance was found from
-    uint32_t places;      // 40
-    uint32_t reserved;    // 44  zero
-    BakeSizes before;     // 48  of the source
-    uint64_t checksum;    // 120 XXH3-64 of the header before it, then of the facts
+    char magic[8];        // offset 0
+    uint32_t version;     // offset 8
+    uint32_t facts_bytes; // offset 12: length of the text that follows this header
+    uint64_t anchors;     // offset 16
+    uint64_t slots;       // offset 24: slots of all anchors
+    uint32_t most_poses;  // offset 32: most poses that a score can have
+    uint32_t poses;       // offset 36: number of poses that importance was measured from
+    uint32_t places;      // offset 40: number of places, see Importance::places
+    uint32_t reserved;    // offset 44: zero
+    BakeSizes before;     // offset 48: sizes of the source
+    uint64_t checksum;    // offset 120: XXH3-64 of the fields above and of the text that follows
 };
 static_assert(sizeof(BakeSizes) == 72 && sizeof(StateHeader) == 128);
 static_assert(std::is_trivially_copyable_v<StateHeader> && std::is_standard_layout_v<StateHeader>);
 
-// Then PSNR of every pose, as many as a score may have, 0 behind the last; and XXH3-64 of all that.
+// Start of the record of a score. Behind it follow the PSNR of every pose (as many as a score can have, the unused ones
+// 0) and XXH3-64 of all that.
 struct ScoreRecord {
-    uint32_t levers; // 0
-    uint32_t first;  // 4   poses [first, first + count)
-    uint32_t count;  // 8
-    uint32_t worst;  // 12
-    double error;    // 16
+    uint32_t levers; // offset 0
+    uint32_t first;  // offset 4: poses first to first + count - 1
+    uint32_t count;  // offset 8
+    uint32_t worst;  // offset 12: number of the pose with the lowest PSNR
+    double error;    // offset 16
     ErrorCosts costs;
-    double mse, psnr; // 64
+    double mse, psnr; // offset 64
 };
 static_assert(sizeof(ErrorCosts) == 40 && sizeof(ScoreRecord) == 80);
 static_assert(std::is_trivially_copyable_v<ScoreRecord> && std::is_standard_layout_v<ScoreRecord>);
@@ -98,7 +100,8 @@ std::span<std::byte> writable(T& value)
     return std::as_writable_bytes(std::span(&value, 1));
 }
 
-// The file, to be read; its descriptor is -1 if there is none. more: flags of open().
+// Opens the file for reading, and sets `size`; the descriptor is -1 if there is no such file. `more`: further flags of
+// open().
 Descriptor openState(const std::string& path, uint64_t& size, int more = 0)
 {
     Descriptor file{::open(resolveOutput(path).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | more, 0666)};
@@ -137,7 +140,7 @@ uint64_t checksumOf(const StateHeader& header, std::string_view facts)
     return sum.digest();
 }
 
-// The arrays in the order of the file; to be changed where they may be.
+// Bytes of the arrays of an Importance, in the order of the file; writable if `importance` is.
 template <typename Arrays>
 auto arraysOf(Arrays& importance)
 {
@@ -156,7 +159,7 @@ uint64_t bytesOfArrays(uint64_t anchors, uint64_t slots)
     return anchors + (2 * sizeof(float) + 1) * slots;
 }
 
-// The first line that differs, of either; empty where a text has none.
+// First line in which the two texts differ, as each has it; empty for a text that ended before.
 std::pair<std::string_view, std::string_view> difference(std::string_view one, std::string_view other)
 {
     while (!one.empty() || !other.empty()) {
@@ -184,7 +187,7 @@ BakeState::~BakeState()
 {
     struct stat owned {};
     if (m_owned.fd >= 0 && ::fstat(m_owned.fd, &owned) == 0 && owned.st_size == 0 && isOwned())
-        ::unlink(resolveOutput(m_path).c_str()); // no measurement is in it
+        ::unlink(resolveOutput(m_path).c_str()); // the file is empty, so no measurement is lost
 }
 
 void BakeState::own(Descriptor file)
@@ -212,9 +215,9 @@ size_t BakeState::recordBytes() const
 void BakeState::open()
 {
     uint64_t size = 0;
-    own(openState(m_path, size, O_CREAT)); // from now on no other bake begins
+    own(openState(m_path, size, O_CREAT)); // locked: no other bake can use it now
     if (size == 0)
-        return; // there was none, or one that was killed before it had measured anything
+        return; // the file is new, or its bake was killed before it measured anything
     const StateHeader header = readHeader(m_path, m_owned.fd, size);
     if (header.facts_bytes > size - sizeof(header))
         failState(m_path, "is damaged: it ends too early");
@@ -250,7 +253,7 @@ void BakeState::readScores(int fd, uint64_t begin, uint64_t end)
         if (checksum != checksum64(std::span(bytes).first(bytes.size() - sizeof(checksum)))) {
             if (begin + bytes.size() != end)
                 failState(m_path, "is damaged: the checksum of a score is another");
-            break; // a power cut may leave the new length of the file without the new bytes
+            break; // after a power cut the file can be longer already but lack the new bytes
         }
         if (record.count > m_most_poses || record.worst >= record.count)
             failState(m_path, "is damaged: a score is of more poses than there are");
@@ -316,7 +319,7 @@ void BakeState::write(const BakeSizes& before, const Importance& importance)
     header.checksum = checksumOf(header, m_facts);
     if (!isOwned())
         failInUse(m_path);
-    { // this block owns the new file until it is renamed
+    { // the block ends the life of the OutputFile when the file is complete
         OutputFile file(m_path, OutputKind::Binary, true);
         file.write(bytesOf(header));
         file.write(m_facts);

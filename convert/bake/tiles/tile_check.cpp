@@ -11,7 +11,7 @@ namespace gsc {
 
 namespace {
 
-// Others say which arrays a file has, which each tile decides for itself.
+// Flags that must be equal in all tiles. The others tell which arrays a file has, which may differ.
 constexpr uint32_t kSharedFlags =
     ~uint32_t(kModelHasRotation | kModelHasOpacity | kModelHasNormal | kModelMaskedSlots | kModelCompact);
 
@@ -34,7 +34,8 @@ public:
         number("fork", a.fork, b.fork);
         number("level_clamp", a.level_clamp, b.level_clamp);
         number("standard_dist", double(a.standard_dist), double(b.standard_dist));
-        if (a.flags & kModelHasLevels) // else it is only how positions are stored
+        // in a model without levels it only tells how positions are stored
+        if (a.flags & kModelHasLevels)
             number("voxel_size", double(a.voxel_size), double(b.voxel_size));
         number("raster_rules", a.raster_rules, b.raster_rules);
         number("near_z", double(a.near_z), double(b.near_z));
@@ -78,7 +79,7 @@ private:
         compare(field, m_a.weights.data() + a, m_b.weights.data() + b, count);
     }
 
-    // Bit for bit, floats one by one.
+    // Throws if the floats differ in any bit; the message names the first that does.
     void compare(const std::string& field, const std::byte* a, const std::byte* b, uint64_t count) const
     {
         for (uint64_t i = 0; i < count; ++i) {

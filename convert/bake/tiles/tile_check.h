@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Check that files can be tiles of one model.
+// Checks that files can be tiles of one model.
 #pragma once
 
 #include <gsc/gsc_reader.h>
@@ -8,8 +8,8 @@
 
 namespace gsc {
 
-// Throws Error(Difference), naming the field, where parameters, networks or embedding rows differ: they decide the picture
-// of an anchor.
+// Throws Error(Difference) with the name of the field if parameters, networks or embedding rows differ, because then
+// anchors would be drawn differently.
 void checkSameModel(const GscView& first, const std::string& first_name, const GscView& other,
                     const std::string& other_name);
 

@@ -17,14 +17,15 @@ std::string hex(uint64_t value)
     return formatString("%016llx", (unsigned long long)value);
 }
 
-// The value of a key of a manifest, null where it has none.
+// The value of the key `name` of a manifest; null if there is none.
 Json factOf(std::string_view manifest, const char* name)
 {
     const Json json = manifestOf(manifest);
     return json.contains(name) ? json[name] : Json(nullptr);
 }
 
-// Common part of this box and the box that the file was cut to before.
+// JSON of the box that is common to `box` and to the box of an earlier cut. `before`: the manifest's "crop" of that
+// cut, or null.
 Json boxJson(const CropBox& box, const Json& before)
 {
     std::array<double, 3> from = box.from, to = box.to;

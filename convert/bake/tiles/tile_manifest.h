@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Manifest facts of a file that was cut from another or joined from several.
+// Manifest of a file that was cut from another or joined from several.
 #pragma once
 
 #include "convert/bake/tiles/tiles.h"
@@ -12,14 +12,14 @@
 namespace gsc {
 
 struct TileFacts {
-    std::vector<std::string_view> manifests; // manifests of the files it is made of
-    bool one_model = false;                  // all files were cut from one model
+    std::vector<std::string_view> manifests; // manifests of the input files
+    bool one_model = false;                  // all input files were cut from one model
     uint64_t source_hash = 0;
-    std::optional<TileRecord> tile; // the model and rows that the file was cut from
+    std::optional<TileRecord> tile; // the model that the file was cut from, and its rows
     std::optional<CropBox> box;
 };
 
-// KnownSource::facts of the file. A model that was cut and wholly joined again gets its old facts.
+// Value of KnownSource::facts for the file. A model that was cut and joined completely again gets its old facts.
 [[nodiscard]] std::string tileFactsText(const TileFacts& facts);
 
 } // namespace gsc

@@ -32,7 +32,7 @@ bool isInside(const CropBox& box, const std::array<float, 3>& position)
     return true;
 }
 
-// One join; the members are its state from step to step.
+// One call of joinTiles(); the members are its state from step to step.
 class Joiner {
 public:
     Joiner(const TileOptions& options, const WriteProgress& progress) : m_options(options), m_progress(progress) {}
@@ -49,7 +49,7 @@ public:
     }
 
 private:
-    // The model that the rows of a file belong to: the one it was cut from, else the file itself.
+    // The model that the source rows of a file count in: the one it was cut from, or the file itself if it was not cut.
     static TileRecord originOf(const GscView& view)
     {
         return view.tile != nullptr ? *view.tile : TileRecord{view.header->header_checksum, view.header->anchor_count};
@@ -73,7 +73,7 @@ private:
         });
     }
 
-    // The anchors in the box, of each file in the order of its rows.
+    // Lists the anchors that lie in the box, file by file.
     void choose()
     {
         uint64_t anchors = 0;
@@ -121,7 +121,8 @@ private:
         return view.tile != nullptr ? view.tile_rows[source] : source;
     }
 
-    // By row of the model that all were cut from, or of each file by itself.
+    // Orders the anchors: by row of the model if all files were cut from one, else by file and then by its rows. Throws
+    // if two files hold one row.
     void putInOrder()
     {
         std::vector<uint32_t> rows(m_places.size());
@@ -154,7 +155,7 @@ private:
             "tiles that share no anchor", "cut them with boxes that do not overlap, nothing was written");
     }
 
-    // Cameras of the first file, then those that others have besides.
+    // Adds the cameras of the other files that the first file does not have.
     void addCameras(Checkpoint& checkpoint) const
     {
         const auto isSame = [](const SourceCamera& a, const SourceCamera& b) {
@@ -231,7 +232,7 @@ private:
         return bytes;
     }
 
-    // The checksum of the header stands for every byte.
+    // Notes whether the output is the whole model again: the checksum in its header stands for all bytes.
     void checkWhole(const std::string& path)
     {
         const IssueSink sink = throwFirstIssue(m_options.output);
@@ -247,7 +248,7 @@ private:
     std::vector<GscView> m_views;
     TileRecord m_origin{};
     std::vector<AnchorPlace> m_places;
-    std::vector<uint32_t> m_rows; // row of each anchor in the model that all were cut from
+    std::vector<uint32_t> m_rows; // per written anchor: its row in the model that all files were cut from
     TileReport m_report;
     bool m_some_compact = false;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cuts files to a box and joins them. Exact: draws nothing, and changes no value of an anchor that stays.
+// Cuts .gsc files to a box and joins them. No value of an anchor that stays is changed.
 #pragma once
 
 #include "convert/write/write_gsc.h"
@@ -12,13 +12,13 @@
 
 namespace gsc {
 
-// Box in world units, from <= position < to on each axis: boxes side by side share no anchor.
+// Box in world units: from <= position < to on each axis, so that boxes side by side share no anchor.
 struct CropBox {
     std::array<double, 3> from{}, to{};
 };
 
 struct TileOptions {
-    std::vector<std::string> inputs; // .gsc files
+    std::vector<std::string> inputs; // paths of .gsc files
     std::vector<std::string> names;  // names of the inputs in messages
     std::string output;
     bool overwrite = false;
@@ -30,19 +30,21 @@ struct TileReport {
     struct Tile {
         uint64_t anchors, kept;
     };
-    std::vector<Tile> tiles; // one per input, in their order
+    std::vector<Tile> tiles; // one per input, in the order of the inputs
     uint64_t anchors = 0, bytes = 0;
-    uint64_t whole_anchors = 0;   // anchors of the model that all are parts of, 0 = there is none
-    bool is_whole = false;        // the output is that model again, byte for byte
-    bool in_source_order = false; // rows follow each other as in that model; else tile by tile
+    // anchors of the model that all inputs were cut from; 0 = they were not cut from one
+    uint64_t whole_anchors = 0;
+    bool is_whole = false; // the output equals the uncut model, byte for byte
+    // anchors are in the row order of the uncut model; false: input by input
+    bool in_source_order = false;
     std::vector<std::string> warnings;
     double seconds = 0;
 };
 
-// Joins files that were cut from one model in the order of its rows, others one after another. A file that was not cut
-// counts as the whole of its model. Throws Error: Usage for a box that holds no anchor; Difference, naming file and
-// field, for files that are not of one model or share an anchor; as openGsc() and writeGsc(). Then no file is left.
-// Bytes do not depend on the number of threads.
+// Writes the anchors of all inputs to one file: in the order of the rows of the model that all were cut from, else
+// input by input. A file that was not cut counts as the whole of its model. Throws Error: Usage for a box that holds no
+// anchor; Difference, with the names of file and field, for files of different models or with a common anchor; as
+// openGsc() and writeGsc(). Then no file is left. The bytes do not depend on the number of threads.
 TileReport joinTiles(const TileOptions& options, const WriteProgress& progress);
 
 } // namespace gsc

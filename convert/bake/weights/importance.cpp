@@ -10,7 +10,7 @@ namespace gsc {
 
 namespace {
 
-// Anchors of one chunk that are decoded together.
+// Anchors of one chunk that are decoded together: [first, first + count) of the chunk.
 struct AnchorRun {
     uint32_t chunk, first, count;
 };
@@ -55,9 +55,10 @@ struct ImportanceMeter::State {
         args.visible_count = run.count;
         decodeBlockCpu(args, 0, run.count, scratch);
         const size_t first = (size_t(model.chunks[run.chunk].anchor_first) + run.first) * model.params->n_offsets;
-        for (uint32_t i = 0; i < scratch.blocks[0].count; ++i) // anchors lie in file order
+        for (uint32_t i = 0; i < scratch.blocks[0].count; ++i) // the anchors of a block lie in the order of the file
             ++result.alive[first + scratch.blocks[0].origin[i]];
-        // note: another thread may still read a run before this one, and then maps its pages again
+        // note: may be called while another thread reads an earlier run of the chunk; that thread's pages are then
+        // mapped again
         if (read && run.first + run.count == model.chunks[run.chunk].anchor_count)
             read(run.chunk);
     }
@@ -67,7 +68,8 @@ struct ImportanceMeter::State {
         return size_t(model.chunks[anchor.chunk].anchor_first) + anchor.local;
     }
 
-    // Adds the sums of the tiles of some columns to the slots of their splats, in the order of the tiles.
+    // Adds the squared weights found in some columns of the picture to the slots of their splats, always in the order
+    // of the tiles. `pairs`: number of sums, one per splat and tile.
     void addUp(const EyeParams& eye, const ColumnRange& columns, size_t splats, uint64_t pairs)
     {
         of_splat.assign(splats, 0);
@@ -81,13 +83,15 @@ struct ImportanceMeter::State {
             const SortKey& key = frame.sort.keys[0][i];
             const uint32_t origin = frame.stores[0].origins[key.slot];
             const VisibleAnchor& anchor = frame.visible[size_t(key.slot / frame.capacity) * kDecodeBlock + origin / K];
-            // where weights fall off like a Gaussian, those squared do with half of its variance; so a step d in the
-            // picture costs d^T conic d / 2, and one that is as likely in every direction half of the trace
+            // weights fall off like a Gaussian, so their squares do with half of its variance: a step d in the picture
+            // costs d^T conic d / 2 of the sum; averaged over all directions of a step of length 1, half of the conic's
+            // trace
             const Splat& splat = frame.bin.splats[i];
             const double pixels = double(eye.focal_x) / double(std::bit_cast<float>(key.depth_bits));
             const double trace = double(splat.conic[0]) + double(splat.conic[2]);
             const Found found{anchorOf(anchor) * K + origin % K, of_splat[i], trace, pixels};
-            // boxes are cut to the columns: this one may go on beside them
+            // splat boxes are cut at the edges of the columns; a splat at an edge may have more tiles in the next
+            // columns
             if ((splat.x0 == drawn.first && drawn.first > 0) || (splat.x1 + 1u >= drawn.end && drawn.end < eye.width))
                 parts.push_back(found);
             else
@@ -95,7 +99,7 @@ struct ImportanceMeter::State {
         }
     }
 
-    // Adds the selected anchors, which are those of some columns.
+    // Draws some columns of a picture and adds what is found. The anchors seen there are selected already.
     void lookAt(const EyeParams& eye, const FrameOptions& options)
     {
         FrameResult drawn;
@@ -115,7 +119,8 @@ struct ImportanceMeter::State {
         addUp(eye, options.columns, splats, pairs);
     }
 
-    // Rounded once a pose, so that it does not matter how that was cut.
+    // Adds the splats that were cut by edges of columns. Their parts are summed in double and rounded once per pose, so
+    // that the result does not depend on where the edges were.
     void addParts()
     {
         std::ranges::stable_sort(parts, {}, &Found::slot);
@@ -130,7 +135,7 @@ struct ImportanceMeter::State {
 
     struct Found {
         size_t slot;
-        double sum, trace, pixels; // squared weights, of the conic, of a world unit
+        double sum, trace, pixels; // sum of squared weights; trace of the conic; pixels in a world unit at that depth
     };
 
     void add(const Found& found)
@@ -142,10 +147,10 @@ struct ImportanceMeter::State {
     const ModelView& model;
     CpuFrame frame;
     ChunkRead read;
-    std::vector<AnchorRun> runs; // all runs of the model
+    std::vector<AnchorRun> runs; // all anchors of the model, run by run
     Buffer<float> sums;
     std::vector<double> of_splat;
-    std::vector<Found> parts; // parts of splats that the edge of some columns may cut
+    std::vector<Found> parts; // found at splats that an edge of the columns may cut
     Importance result;
 };
 

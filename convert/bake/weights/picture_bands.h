@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bands of columns in which a large model is drawn, one after another: pixels stay the same, and the memory for Gaussians,
-// 110 to 160 bytes per slot in sight of a city, does not grow with the model.
+// Splits a picture of a large model into bands of columns that are drawn one after another. The pixels stay the same,
+// and the memory for Gaussians (110 to 160 bytes per slot in sight in a city) does not grow with the model.
 #pragma once
 
 #include <gsc/frame_types.h>
@@ -11,9 +11,10 @@
 
 namespace gsc {
 
-constexpr uint64_t kMostSlotsAtOnce = uint64_t(1) << 23; // 0.9 to 1.3 GB
+constexpr uint64_t kMostSlotsAtOnce = uint64_t(1) << 23; // slots in sight; they take 0.9 to 1.3 GB
 
-// Bands that each see about `most` of all `slots` in sight; one band of all columns if that is enough.
+// Bands in each of which about `most` of the `slots` in sight can be seen; one band of all columns if `slots` is not
+// above `most`.
 inline std::vector<ColumnRange> pictureBands(uint32_t width, uint64_t slots, uint64_t most = kMostSlotsAtOnce)
 {
     const uint64_t steps = (width + kColumnStep - 1) / kColumnStep;

@@ -99,7 +99,7 @@ std::string bakeText(const BakeOptions& options, const BakeReport& report)
     const std::vector<int64_t> shares = leverShares(report);
     for (uint32_t i = 0; i < kLevers; ++i)
         if ((report.levers >> i & 1u) &&
-            // bytes that --compact saves may stand in the lines of other levers
+            // kLeverCompact may show 0 bytes because they count for another lever
             (shares[i] != 0 || 1u << i != kLeverCompact))
             text += formatString("  %-9s %.1f bytes an anchor less\n", kLeverNames[i],
                                  double(shares[i]) / double(report.anchors));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reports of `gsc bake`: of a bake, of a curve, of files that it cut or joined.
+// Reports of `gsc bake`: on a bake, on a curve, on files that it cut or joined.
 #pragma once
 
 #include "convert/bake/bake.h"
@@ -13,7 +13,7 @@ namespace gsc {
 Json bakeJson(const BakeOptions& options, const BakeReport& report);
 std::string bakeText(const BakeOptions& options, const BakeReport& report);
 
-// Rows (schemas/run.schema.json), one for each point. `name` is the model's.
+// Lines of JSON (schemas/run.schema.json), one for each point of the curve. `name`: name of the model.
 std::string curveLines(const std::string& name, const BakeOptions& options, const Curve& curve);
 Json curveJson(const std::string& name, const BakeOptions& options, const std::string& output, const Curve& curve);
 std::string curveText(const std::string& output, const Curve& curve);

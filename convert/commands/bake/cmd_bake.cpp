@@ -25,15 +25,15 @@ namespace {
 struct BakeCommand {
     std::vector<std::string> inputs;
     std::optional<CropBox> crop;
-    std::vector<double> curve; // targets
+    std::vector<double> curve; // targets of --curve in dB; empty = not given
     BakeOptions bake;
     CheckpointOptions checkpoint;
     std::vector<std::string> levers;
     bool compact = false;
-    double target = 0, min_view = 0; // dB, 0 = not given
+    double target = 0, min_view = 0; // dB of --target-psnr and --min-view-psnr; 0 = not given
 };
 
-constexpr Range kTargets{10, 100}; // dB
+constexpr Range kTargets{10, 100}; // dB that a target may have
 
 uint32_t leversOf(const std::vector<std::string>& lists)
 {
@@ -42,7 +42,7 @@ uint32_t leversOf(const std::vector<std::string>& lists)
     const std::span<const char* const> levers_named(kLeverNames, std::bit_width(kAllLevers));
     for (const char* const name : levers_named)
         names += (names.empty() ? "" : ", ") + std::string(name);
-    for (const std::string& list : lists) // each may be a list itself: "slots,anchors"
+    for (const std::string& list : lists) // each may itself be a list, such as "slots,anchors"
         for (const std::string& word : partsOf(list)) {
             const auto found = std::ranges::find(levers_named, word);
             if (found == levers_named.end())
@@ -53,7 +53,7 @@ uint32_t leversOf(const std::vector<std::string>& lists)
     return levers;
 }
 
-// True for a .gsc file, by its first bytes; any other path is a model to be converted.
+// Returns true if the first bytes are those of a .gsc file; any other path is taken as a model to be converted.
 bool isGscFile(const std::string& path)
 {
     std::ifstream file(path, std::ios::binary);
@@ -95,7 +95,7 @@ std::vector<double> parseTargets(const std::string& name, const std::string& tex
     return targets;
 }
 
-// Refuses options that only a search uses.
+// Throws if an option is given that needs --target-psnr or --curve.
 void refuseWithoutTarget(const BakeCommand& command)
 {
     const BakeOptions &bake = command.bake, none;
@@ -113,7 +113,7 @@ void refuseWithoutTarget(const BakeCommand& command)
                     "no such option where files are cut or joined as they are", "pass the target or leave it out");
 }
 
-// Folder for files that only this run reads; made when the first is asked for.
+// Temporary folder of this run. It is made when the first path in it is asked for.
 class Workplace {
 public:
     std::string file(const std::string& name)
@@ -128,7 +128,8 @@ private:
     std::optional<Temporary> m_folder;
 };
 
-// Every input as a .gsc file. `keep_all`: also keep values that only a player needs, not pictures.
+// Paths of all inputs as .gsc files; other models are converted into `workplace`. `keep_all`: also compute the values
+// that only a player uses (section SENS).
 std::vector<std::string> filesOf(const BakeCommand& command, bool keep_all, Workplace& workplace, Reporter& report)
 {
     std::vector<std::string> files;
@@ -173,7 +174,8 @@ TileReport makeTile(const TileOptions& options, Reporter& report)
     return result;
 }
 
-// Path of the one file to bake: the input, or the tile that is made first.
+// Path of the one file to bake: the input, or, with --crop or several inputs, the file that is cut or joined from them
+// first.
 std::string wholeFile(const BakeCommand& command, Workplace& workplace, Reporter& report)
 {
     const std::vector<std::string> files = filesOf(command, false, workplace, report);
@@ -212,7 +214,7 @@ ErrorCode drawCurve(const BakeCommand& command, BakeOptions options, Reporter& r
     const Curve curve =
         bakeCurve(options, command.curve, workplace.file("baked.gsc"), std::bind_front(&Reporter::progress, &report));
     std::vector<std::string> warnings = curve.warnings;
-    // a folder may have a slash at its end
+    // the path of a folder may end with a slash
     const std::string name = (std::filesystem::path(command.inputs[0]) / "").parent_path().stem().string();
     OutputFiles written(options.overwrite);
     written.add(options.output, OutputKind::Text, curveLines(name, options, curve));

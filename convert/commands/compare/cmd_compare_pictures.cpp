@@ -10,7 +10,7 @@ namespace {
 
 struct ComparePicturesOptions {
     std::string reference, pictures;
-    double min_psnr = 0; // dB, 0 = no bound
+    double min_psnr = 0; // dB that every picture must reach; 0 = no bound
     LpipsFiles lpips;
     int threads = 0;
 };

@@ -35,12 +35,12 @@ const FormName& nameOf(ExportForm form)
 }
 
 struct ExportOptions {
-    ExportForm to = ExportForm::Page; // none given
-    std::string page;                 // the output of that
-    GaussianExportOptions gaussians;  // options that all forms share
-    int degree = -1;                  // none given
+    ExportForm to = ExportForm::Page; // form of the output; Page if --to is not given
+    std::string page;                 // path of the page, --html
+    GaussianExportOptions gaussians;  // options of the forms that hold Gaussians
+    int degree = -1;                  // degree of the colours' harmonics; -1 = not given
     uint64_t most = 0;
-    int spz_version = 0; // none given
+    int spz_version = 0; // 3 or 4; 0 = not given
 };
 
 bool isGrid(ExportForm form)
@@ -48,7 +48,7 @@ bool isGrid(ExportForm form)
     return form == ExportForm::NanoVdb || form == ExportForm::OpenVdb;
 }
 
-// Options that would change nothing.
+// Throws if an option is given that would change nothing in this form.
 void refuseIdle(const ExportOptions& options)
 {
     const GaussianExportOptions& gaussians = options.gaussians;

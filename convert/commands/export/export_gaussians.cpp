@@ -25,8 +25,9 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kMostFitCameras = 96,
-                 kMostJudges = 12; // spread evenly; more change the fit by hundredths of a decibel
+// Most cameras that are fitted to, and most that measure the loss, evenly spaced; more change the fit by hundredths of
+// a decibel.
+constexpr size_t kMostFitCameras = 96, kMostJudges = 12;
 
 size_t cameraNumber(const std::vector<Camera>& cameras, const std::string& at)
 {
@@ -61,7 +62,8 @@ std::vector<Camera> camerasOf(const Scene& scene, const GaussianExportOptions& o
     return cameras;
 }
 
-// Cameras to fit to, and cameras to measure the loss with.
+// `fit`: cameras that the Gaussians are fitted to; `judges`: cameras that measure the loss, which the fit did not use
+// unless there is only one view.
 struct Views {
     std::vector<Shot> fit, judges;
 };
@@ -110,7 +112,7 @@ GaussianLoss lossOf(const GaussianSet& set, const std::shared_ptr<const Scene>& 
     return loss;
 }
 
-// The file is written before: if memory is too short here, only the loss is missing.
+// Measures the loss. Called after the file was written, so that only the loss is missing if memory is too short.
 void judge(const GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<Shot>& judges,
            const GaussianExportOptions& options, Reporter& report, GaussianExport& result)
 {
@@ -148,7 +150,8 @@ void warnOfReaders(uint64_t gaussians, const GaussianExportOptions& options, Rep
                                     formatCount(options.spz_most).c_str(), (unsigned long long)options.spz_most));
 }
 
-// Replaces `set` by the values that a viewer reads from `written`, where the format rounds; else leaves it.
+// Replaces `set` by the Gaussians as a viewer reads them from `written`, if the format rounds values; else leaves `set`
+// as it is.
 void readRounded(GaussianSet& set, const GaussianExportOptions& options, std::span<const std::byte> written)
 {
     const auto read = options.to == GaussianFileFormat::Spz   ? readGaussianSpz
@@ -160,7 +163,8 @@ void readRounded(GaussianSet& set, const GaussianExportOptions& options, std::sp
     set = read(written, options.output);
 }
 
-// lod-meta.json, and folders such as 0_12 that hold a SOG's files and nothing else.
+// Returns true for the files and folders that such an export consists of: lod-meta.json, and folders such as 0_12 with
+// nothing but the files of a SOG.
 bool isOfLevels(const std::filesystem::path& entry)
 {
     const std::string name = entry.filename().string();
@@ -180,7 +184,7 @@ bool isOfLevels(const std::filesystem::path& entry)
 
 constexpr FolderKind kLodFolder = {"folder of levels", "gsc export --lod", {kLodMetaName, nullptr}, isOfLevels};
 
-// Writes the levels, and reads each back to measure its loss. Frees `set`.
+// Writes all levels, then reads each back to measure its loss. `set` is overwritten.
 void exportLevels(GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<Shot>& judges,
                   const GaussianExportOptions& options, Reporter& report, NewFolder& folder, GaussianExport& result)
 {
@@ -216,8 +220,8 @@ void exportLevels(GaussianSet& set, const std::shared_ptr<const Scene>& scene, c
     folder.commit();
 }
 
-// Takes the fitted Gaussians. Rows of a PLY are written at once, so that the file may be larger than memory: its
-// Gaussians are then not kept, and its loss is not measured.
+// Collects the fitted Gaussians. Rows of a PLY are also written at once, so that it may become larger than memory; then
+// the Gaussians are not kept, and no loss is measured.
 class Gathering {
 public:
     Gathering(const GaussianExportOptions& options, int degree, OutputFile* output)
@@ -251,7 +255,7 @@ public:
         set = {};
     }
 
-    // Behind the last part.
+    // Writes the PLY header again, with the number of Gaussians. Call after the last part.
     void finish() const
     {
         const std::string header = gaussianPlyHeader(m_degree, count);
@@ -259,11 +263,11 @@ public:
     }
 
     GaussianSet set;
-    uint64_t count = 0, written = 0; // Gaussians, bytes
-    bool whole = true;               // `set` has all of them
+    uint64_t count = 0, written = 0; // number of Gaussians; number of bytes
+    bool whole = true;               // false if `set` could not keep them all
 
 private:
-    // False where memory is too short, of a PLY.
+    // Appends `part` to `set`; returns false if memory is too short and the rows were written to a PLY.
     bool keep(const GaussianSet& part)
     {
         try {
@@ -286,7 +290,7 @@ private:
     int m_degree;
     bool m_is_ply;
     uint64_t m_budget;
-    OutputFile* m_output = nullptr; // the PLY that is written; null = another format
+    OutputFile* m_output = nullptr; // PLY to which rows are written at once; null = there is none
 };
 
 OrderedJson lossJson(const std::optional<GaussianLoss>& loss)
@@ -397,7 +401,7 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
     }
     warnOfReaders(result.gaussians, options, report);
     OutputFile& output = *file;
-    std::vector<std::byte> held; // a page's model
+    std::vector<std::byte> held; // bytes of the SOG that goes into a page
     if (gathering.written > 0) {
         gathering.finish();
         result.bytes = gathering.written;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `gsc export --to ply|spz|glb|sog [--lod]` and `--html`: explicit Gaussians, and their loss.
+// `gsc export --to ply|spz|glb|sog [--lod]` and `--html`: exports explicit Gaussians and measures their loss.
 #pragma once
 
 #include "convert/export/gaussian_files.h"
@@ -17,47 +17,52 @@ namespace gsc {
 struct GaussianExportOptions {
     std::string file, output;
     GaussianFileFormat to = GaussianFileFormat::Ply;
-    int spz_version = 3;                 // 3 or 4
-    uint64_t spz_most = kSpzReadersTake; // more are written with a warning
-    bool lod = false;                    // a folder of levels and chunks, each of them Sog
-    bool page = false;                   // a page that holds the file, which is Sog
-    std::string cameras;                 // file, empty = those stored
+    int spz_version = 3;                 // version of the SPZ format, 3 or 4
+    uint64_t spz_most = kSpzReadersTake; // a warning is given for more Gaussians than this
+    bool lod = false;                    // write a folder of levels and chunks, each of which is a SOG
+    bool page = false;                   // write a page that contains the SOG
+    std::string cameras;                 // path of a camera file; empty = the cameras stored in the file
     bool ignore_distortion = false;      // take cameras as if they had no lens distortion
     CamerasTransform cameras_transform = CamerasTransform::Told;
-    std::string at; // name or number of the camera whose view is exported; empty = fit over all
+    // name or number of the camera whose view is exported; empty = fit over all cameras
+    std::string at;
     int degree = kMostShDegree;
-    uint64_t most = std::numeric_limits<uint64_t>::max(); // Gaussians
-    uint64_t memory_budget = 0;                           // bytes that Gaussians may take; 0 = half of memory
+    uint64_t most = std::numeric_limits<uint64_t>::max(); // most Gaussians in the file
+    uint64_t memory_budget = 0;                           // most bytes of memory for Gaussians; 0 = half of main memory
     int threads = 0;
     bool overwrite = false;
 };
 
-// Difference of the exported file's pictures from those of tier `exact`.
+// How much pictures of the exported Gaussians differ from those of tier `exact`.
 struct GaussianLoss {
     uint64_t cameras = 0;
-    double psnr = 0, worst_psnr = 0, ssim = 0; // dB, pooled and of the worst; mean
-    std::string worst;                         // camera
+    // PSNR in dB of all pictures pooled and of the worst picture; mean SSIM
+    double psnr = 0, worst_psnr = 0, ssim = 0;
+    std::string worst; // name of the camera with the worst picture
 };
 
-// A level of detail, which stands for the whole.
+// One level of detail, which shows the whole model.
 struct LodExport {
     uint64_t gaussians = 0, chunks = 0;
-    std::optional<GaussianLoss> loss; // loss of pictures of this level alone
+    std::optional<GaussianLoss> loss; // measured with this level alone
 };
 
 struct GaussianExport {
-    uint64_t gaussians = 0, fitted = 0; // Gaussians in the file; Gaussians fitted, before the best were chosen
+    // Gaussians in the file; Gaussians fitted, of which the best were kept
+    uint64_t gaussians = 0, fitted = 0;
     int degree = 0;
     uint64_t bytes = 0, fit_cameras = 0;
-    bool whole = true;                // false: they did not all fit in memory, so no loss was measured
-    std::optional<GaussianLoss> loss; // none unless `whole`, nor where no camera is left that the fit did not use
-    std::vector<LodExport> lods;      // the finest first; with `lod`
+    // false if the Gaussians did not all fit in memory, so that no loss was measured
+    bool whole = true;
+    // none if `whole` is false, or if the fit used every camera
+    std::optional<GaussianLoss> loss;
+    std::vector<LodExport> lods; // with `lod`: one entry per level, finest first
 };
 
-// Section `gaussians` of the report.
+// JSON of the section `gaussians` of the report.
 OrderedJson gaussiansJson(const GaussianExport& result);
 
-// Throws Error; leaves nothing behind.
+// Exports the Gaussians. Throws Error; then no output and no temporary file is left.
 GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& report);
 
 } // namespace gsc

@@ -21,14 +21,14 @@ const SectionEntry* findSection(const GscView& view, uint32_t type)
     return found != view.sections.end() ? &*found : nullptr;
 }
 
-// The manifest's facts of the MLPs, as the converter wrote them; an empty array without any.
+// The manifest's array of MLPs; an empty array if it has none.
 Json mlpsOf(const Json& manifest)
 {
     static const Json::json_pointer kPlace("/model/mlps");
     return manifest.is_object() && manifest.contains(kPlace) ? manifest[kPlace] : Json::array();
 }
 
-// Text of a manifest's value, which may be of any type: a list or an object is its words without brackets.
+// Text of a value of the manifest, whatever its type; lists and objects are written without brackets.
 std::string wordOf(const Json& value)
 {
     constexpr size_t kMostWords = 16;
@@ -44,7 +44,7 @@ std::string wordOf(const Json& value)
     return words;
 }
 
-// "opacity: feature, direction -> 35 -> 32 -> 10, tanh".
+// One MLP in words, such as "opacity: feature, direction -> 35 -> 32 -> 10, tanh".
 std::string mlpText(const Json& mlp)
 {
     const auto text = [&mlp](const char* key) { return mlp.is_object() && mlp.contains(key) ? wordOf(mlp[key]) : "?"; };
@@ -56,7 +56,7 @@ std::string mlpText(const Json& mlp)
            text("activation");
 }
 
-// "key value, key value" of an object, whatever it holds.
+// A JSON object as one line "key value, key value", whatever its values are.
 std::string oneLine(const Json& object)
 {
     std::string text;
@@ -92,7 +92,7 @@ Json point(const float (&values)[3])
     return json;
 }
 
-// Everything `info` tells, from the header, the section table, META, PARM and LEVL alone.
+// JSON of the report, from the header, the section table and sections META, PARM and LEVL, without reading the rest.
 Json infoJson(const std::string& path, const GscFile& file, const GscView& view, const Json& manifest)
 {
     const ModelParams& params = *view.params;
@@ -194,12 +194,13 @@ ErrorCode runInfo(const InfoOptions& options, Reporter& report)
     const IssueSink sink = throwFirstIssue(path);
     const GscFile file(path, sink, options.at ? GscFile::Read::All : GscFile::Read::Summary);
     GscView view;
-    // a point is looked up in the records, which must then be safe
+    // --at follows indices in the records, so these must be checked first
     if (options.at)
         openGsc(file.bytes(), view, GscCheck::Index, sink);
     else
         openGscSummary(file.bytes(), view, sink);
-    ParsedRow parsed = parseRow(view.manifest); // with limits: anybody may have written the manifest
+    // with limits on size and depth, because the manifest may come from anybody
+    ParsedRow parsed = parseRow(view.manifest);
     if (parsed.state != ParsedRow::State::Whole)
         throw Error(ErrorCode::InvalidFile, path, "META " + parsed.fault, "the manifest",
                     "gsc validate lists everything wrong with it");

@@ -53,7 +53,8 @@ ErrorCode runSample(const std::string& kind, const SampleOptions& options, Repor
                         makeSample(options, std::bind_front(&Reporter::progress, &report)), report);
 }
 
-// The checkpoint and, where it was named by its iteration folder or PLY, the model folder it lies in.
+// Folders that the output must not replace: the checkpoint, and the model folder around it if the user passed an
+// iteration folder or a PLY.
 std::vector<NamedPath> foldersOf(const std::string& checkpoint)
 {
     std::vector<NamedPath> folders = {{checkpoint, "the checkpoint"}};

@@ -14,13 +14,13 @@ namespace gsc {
 namespace {
 
 struct RawPaths {
-    double fov = 90; // degrees
+    double fov = 90; // horizontal angle of view in degrees
     std::vector<std::string> only;
 };
 
 void finishOptions(const RawPaths& raw, PathsOptions& options)
 {
-    for (const std::string& list : raw.only) // each may be a list itself: "walk,orbit"
+    for (const std::string& list : raw.only) // each may itself be a list, such as "walk,orbit"
         for (size_t at = 0; at <= list.size();) {
             const size_t end = std::min(list.find(',', at), list.size());
             options.only.push_back(list.substr(at, end - at));

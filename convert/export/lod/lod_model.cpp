@@ -14,10 +14,11 @@ namespace gsc {
 
 namespace {
 
-// The exported levels but the stand-ins, finest first. Each entry is the finest of the model's own levels in it.
+// For each exported level that is the model's own, finest first: the finest level of the model in it. The stand-ins
+// come after these.
 std::vector<uint16_t> ownLevels(const GaussianSet& set)
 {
-    std::vector<size_t> counts; // Gaussians of the model's levels, from the coarsest up to each
+    std::vector<size_t> counts; // for each level of the model: number of Gaussians on it and on all coarser levels
     for (const uint16_t level : set.level) {
         counts.resize(std::max(counts.size(), size_t(level) + 1));
         ++counts[level];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Few Gaussians that stand for many, seen from afar.
+// Replaces many Gaussians by few that look alike from afar.
 #pragma once
 
 #include "convert/export/gaussian_set.h"
@@ -10,13 +10,13 @@
 
 namespace gsc {
 
-constexpr size_t kStandsFor = 4; // Gaussians, at most, one of the next level
+constexpr size_t kStandsFor = 4; // most Gaussians that one of the next level replaces
 
-// Appends to `set` one Gaussian for each four neighbours of `which`, whose order changes, and returns their numbers.
+// Groups the Gaussians `which` by fours of neighbours and appends to `set` one Gaussian for each group. Returns the
+// numbers of the new ones. Changes the order of `which`.
 std::vector<uint32_t> appendStandIns(GaussianSet& set, std::span<uint32_t> which);
 
-// Reorders `which`: Gaussians of the lower half of space first. Halves are separated across the longest side of the box
-// round their centres; the lower half gets `first` Gaussians.
+// Orders `which` so that the `first` Gaussians at the lower end of the longest side of their box come first.
 void splitInSpace(const GaussianSet& set, std::span<uint32_t> which, size_t first);
 
 } // namespace gsc

@@ -12,10 +12,11 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kBins = 4096;         // buckets of the density
-constexpr int kLloyd = 64, kPower = 3; // steps; more change nothing that a picture shows
+constexpr size_t kBins = 4096; // buckets of the histogram
+// most steps of Lloyd's rule and of the power method; more change nothing visible
+constexpr int kLloyd = 64, kPower = 3;
 
-// Cells of equal error at high resolution.
+// First guess of a codebook: it divides the values so that all its ranges have about the same error.
 Codebook equalErrors(const std::vector<float>& sorted)
 {
     const double least = sorted.front(), width = (double(sorted.back()) - least) / kBins;
@@ -35,14 +36,14 @@ Codebook equalErrors(const std::vector<float>& sorted)
     return book;
 }
 
-// A set of vectors that one centre stands for: of the order, [first, end).
+// The vectors that one centre stands for: elements [first, end) of m_order.
 struct Cell {
     size_t first, end;
-    double error; // squared, summed
+    double error; // sum of squared differences from the mean
 
     bool operator<(const Cell& other) const
     {
-        // position decides: any machine gives the same order
+        // equal errors are ordered by position, so that every machine gives the same order
         return error != other.error ? error < other.error : first > other.first;
     }
 };
@@ -74,7 +75,7 @@ public:
         }
         for (; !open.empty(); open.pop())
             closed.push_back(open.top());
-        std::ranges::sort(closed, {}, &Cell::first); // neighbours in the list are then alike
+        std::ranges::sort(closed, {}, &Cell::first); // in this order neighbouring centres are alike
         Palette palette{m_size, {}, std::vector<uint32_t>(m_order.size())};
         for (size_t i = 0; i < closed.size(); ++i) {
             (void)cellOf(closed[i].first, closed[i].end);
@@ -88,7 +89,7 @@ public:
 private:
     [[nodiscard]] const float* vector(size_t at) const { return m_vectors.data() + m_order[at] * m_size; }
 
-    // Leaves the mean in m_mean.
+    // Makes a cell of elements [first, end) of m_order, and sets m_mean to their mean.
     Cell cellOf(size_t first, size_t end)
     {
         std::fill(m_mean.begin(), m_mean.end(), 0.0);
@@ -107,7 +108,7 @@ private:
         return {first, end, apart > 1e-12 * squares ? apart : 0};
     }
 
-    [[nodiscard]] double along(const float* v) const // the axis, from the mean
+    [[nodiscard]] double along(const float* v) const // coordinate of a vector along m_axis, measured from the mean
     {
         double sum = 0;
         for (size_t c = 0; c < m_size; ++c)
@@ -115,7 +116,8 @@ private:
         return sum;
     }
 
-    // Where the second half begins; the order changes within the cell.
+    // Orders the elements of a cell along its longest axis, and returns the index at which the half above the mean
+    // begins.
     size_t split(const Cell& cell)
     {
         (void)cellOf(cell.first, cell.end);
@@ -126,7 +128,8 @@ private:
         const auto widest = size_t(std::ranges::max_element(m_axis) - m_axis.begin());
         std::fill(m_axis.begin(), m_axis.end(), 0.0);
         m_axis[widest] = 1;
-        for (int step = 0; step < kPower; ++step) { // towards the covariance's longest axis
+        // power method: turns m_axis towards the longest axis of the covariance
+        for (int step = 0; step < kPower; ++step) {
             std::fill(m_next.begin(), m_next.end(), 0.0);
             for (size_t at = cell.first; at < cell.end; ++at) {
                 const double weight = along(vector(at));
@@ -190,7 +193,7 @@ Codebook makeCodebook(std::vector<float> numbers)
             break;
         book.values = means;
     }
-    std::sort(book.values.begin(), book.values.end()); // means of one value may round past each other
+    std::sort(book.values.begin(), book.values.end()); // rounding can swap the means of nearly equal values
     return book;
 }
 

@@ -22,11 +22,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr size_t kPaletteRow = 64, kMostPalette = 65536; // centres of an image's row, and of 16 bits
+// centres in a row of their image; most centres, since their numbers have 16 bits
+constexpr size_t kPaletteRow = 64, kMostPalette = 65536;
 constexpr float kSteps = 65535;
-constexpr uint8_t kLargest = 252; // alpha 252 + n: component n of the rotation is the largest, and left out
+// alpha is 252 + n if component n of the rotation is the largest, which is not stored
+constexpr uint8_t kLargest = 252;
 
-// Places are stored by their logarithms: fine near the origin, coarse far away.
+// Logarithm of a coordinate, with its sign, as SOG stores it: finer near the origin.
 double packed(double place)
 {
     return std::copysign(std::log1p(std::abs(place)), place);
@@ -42,7 +44,7 @@ uint8_t byteOf(float part)
     return uint8_t(std::lround(255 * std::clamp(part, 0.0f, 1.0f)));
 }
 
-// Indices of the three of w x y z that are stored, by the index of the largest, which is not stored.
+// For each component of w x y z that can be the largest, and so is not stored: the three that are stored.
 constexpr size_t kOthers[4][3] = {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}};
 
 void packRotation(const float* q, uint8_t* pixel)
@@ -69,10 +71,10 @@ void unpackRotation(const uint8_t* pixel, float* q)
     q[largest] = std::sqrt(std::max(rest, 0.0f));
 }
 
-// Places in 16 bits between the corners of their logarithms.
+// Positions as 16-bit steps between the least and the largest logarithm on each axis.
 struct Places {
     float least[3], most[3];
-    std::vector<uint16_t> steps; // n x 3
+    std::vector<uint16_t> steps; // n x 3 values
 
     explicit Places(const GaussianSet& set) : steps(set.position.size())
     {
@@ -111,13 +113,13 @@ std::vector<uint32_t> mortonOrder(const Places& places, std::span<const size_t> 
     return order;
 }
 
-// The images of a file, and the values of its meta.json.
+// Makes the images of a SOG, and the values in its meta.json.
 class SogWriter {
 public:
     SogWriter(const GaussianSet& set, std::span<const size_t> ends)
         : m_set(set), m_places(set), m_order(mortonOrder(m_places, ends))
     {
-        // nearly square, with a width that is a multiple of four
+        // makes the image nearly square, with a width that is a multiple of 4
         m_width = uint32_t(std::ceil(std::sqrt(double(set.size())) / 4) * 4);
         m_height = uint32_t((set.size() + m_width - 1) / m_width);
         if (m_width > kMostWebpPixels)
@@ -148,7 +150,7 @@ public:
     }
 
 private:
-    // An image with a pixel per Gaussian, in the order of the file.
+    // Adds an image with a pixel for each Gaussian, in the order of the file. `fill` writes the pixel of a Gaussian.
     template <typename Fill>
     void addImage(const std::string& name, const Fill& fill)
     {
@@ -226,7 +228,7 @@ private:
 
     const GaussianSet& m_set;
     Places m_places;
-    std::vector<uint32_t> m_order; // order of the Gaussians in the file
+    std::vector<uint32_t> m_order; // numbers of the Gaussians in the order of the file
     uint32_t m_width = 0, m_height = 0;
     Json m_meta;
     std::vector<std::pair<std::string, ByteImage>> m_images;

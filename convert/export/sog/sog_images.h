@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Content of a SOG, whether it is a zip or a folder: meta.json and the images that it names.
+// Makes and reads the content of a SOG, whether it lies in a zip or a folder: meta.json and the images that it names.
 #pragma once
 
 #include "convert/export/gaussian_set.h"
@@ -13,14 +13,15 @@
 
 namespace gsc {
 
-// Names and contents, meta.json first.
+// Names and contents of the files; meta.json comes first.
 using SogMembers = std::vector<std::pair<std::string, std::vector<std::byte>>>;
 
-// `ends`: numbers of Gaussians, ascending to set.size(); those between two of them stay together, in Morton order. At most
-// `most_palette` different harmonics. Throws as writeGaussianSog().
+// `ends`: ascending numbers of Gaussians, the last is set.size(). The Gaussians between two of them stay together in
+// the file, in Morton order. `most_palette`: most sets of colour harmonics. Throws as writeGaussianSog().
 SogMembers makeSogMembers(const GaussianSet& set, std::span<const size_t> ends, size_t most_palette, int threads);
 
-// `read` gives a member's content. `name` is used in messages. Throws Error(InvalidFile).
+// Reads the Gaussians. `read` returns the content of a file by its name. `name` is used in messages. Throws
+// Error(InvalidFile).
 GaussianSet readSogMembers(const std::function<std::vector<std::byte>(const std::string&)>& read,
                            const std::string& name);
 

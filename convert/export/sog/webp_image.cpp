@@ -13,7 +13,8 @@ namespace gsc {
 
 namespace {
 
-constexpr int kEffort = 6; // 0 to 9, libwebp's default: more takes twice the time for 1 % of the bytes
+// libwebp's effort, 0 to 9; higher takes twice the time to save 1 % of the bytes
+constexpr int kEffort = 6;
 
 } // namespace
 
@@ -33,11 +34,11 @@ std::vector<std::byte> encodeWebp(const ByteImage& image)
     const std::unique_ptr<WebPMemoryWriter, void (*)(WebPMemoryWriter*)> free_writer(&writer, WebPMemoryWriterClear);
     bool good = WebPConfigInit(&config) != 0 && WebPConfigLosslessPreset(&config, kEffort) != 0 &&
                 WebPPictureInit(&picture) != 0;
-    if (!good) // the library's major version is another than the header's
+    if (!good) // fails if the library has another major version than its header
         throw Error(ErrorCode::Unsupported, "libwebp", "another version than this program was built with", "the same",
                     "build it again");
     const std::unique_ptr<WebPPicture, void (*)(WebPPicture*)> free_picture(&picture, WebPPictureFree);
-    config.exact = 1; // colours of transparent pixels count
+    config.exact = 1; // keeps the colours of transparent pixels
     picture.use_argb = 1;
     picture.width = int(image.width);
     picture.height = int(image.height);

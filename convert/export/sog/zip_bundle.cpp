@@ -13,9 +13,10 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kMostBytes = 0x7fff0000; // viewers take no ZIP64; with room for the directory
+// most bytes, with room for the directory; viewers do not read ZIP64
+constexpr size_t kMostBytes = 0x7fff0000;
 
-// libzip writes times of day as the machine's clock shows them.
+// The first date that a zip can hold, 1 January 1980, as local time, because libzip writes local times.
 time_t firstDate()
 {
     tm date{};
@@ -40,7 +41,7 @@ std::vector<std::byte> zipBundle(const std::vector<std::pair<std::string, std::v
             throw Error(ErrorCode::OutOfMemory, "zip", "no memory", "as much as the file takes",
                         "close other programs");
     };
-    // libzip writes into a buffer of its own, which it keeps for us after closing
+    // libzip writes into a buffer of its own; zip_source_keep() keeps that after closing
     zip_source_t* const made = zip_source_buffer_create(nullptr, 0, 0, nullptr);
     check(made != nullptr);
     const std::unique_ptr<zip_source_t, void (*)(zip_source_t*)> buffer(made, zip_source_free);
@@ -57,7 +58,7 @@ std::vector<std::byte> zipBundle(const std::vector<std::pair<std::string, std::v
               zip_file_set_mtime(archive.get(), zip_uint64_t(index), firstDate(), 0) == 0);
     }
     check(zip_close(archive.get()) == 0);
-    (void)archive.release(); // closed
+    (void)archive.release(); // zip_close() has freed the archive
     check(zip_source_open(made) == 0 && zip_source_seek(made, 0, SEEK_END) == 0);
     std::vector<std::byte> file(size_t(zip_source_tell(made)));
     const bool whole = zip_source_seek(made, 0, SEEK_SET) == 0 &&

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A zip archive of stored members, as viewers in a browser unpack it: their sizes before them, no ZIP64.
+// Writes a zip archive of uncompressed files as viewers in browsers read it: with sizes before the contents, and
+// without ZIP64.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +10,8 @@
 
 namespace gsc {
 
-// The archive's bytes; the members' dates are the first that a zip can say. Throws Error: Unsupported (2 GiB or more),
-// OutOfMemory.
+// Returns the bytes of the archive. All dates in it are the first that a zip can hold. Throws Error: Unsupported (2 GiB
+// or more), OutOfMemory.
 std::vector<std::byte> zipBundle(const std::vector<std::pair<std::string, std::vector<std::byte>>>& members);
 
 } // namespace gsc

@@ -15,24 +15,25 @@ namespace gsc {
 namespace {
 
 constexpr size_t kPieceBytes = 1u << 18;
-constexpr int kMostFraction = 20; // bits: a micrometre where a unit is a metre
+constexpr int kMostFraction = 20; // most bits behind the binary point: a micrometre if a world unit is a metre
 constexpr float kColorScale = 0.15f, kHalfRoot = 0.70710678f;
 constexpr float kFlip[3] = {1, -1, -1};
-constexpr size_t kShBits[2] = {5, 4}; // bits kept of coefficients of degree 1, and of higher degrees
+constexpr size_t kShBits[2] = {5, 4}; // bits that are kept of colour coefficients of degree 1, and of degrees 2 and 3
 
 uint8_t byteOf(float value)
 {
     return uint8_t(std::clamp(std::round(value), 0.0f, 255.0f));
 }
 
-// Coefficients are bytes, 128 + 128 x value; the low bits that are not kept are 0, so that they compress well.
+// Stores a colour coefficient as the byte 128 + 128 x value. Low bits that are not kept become 0, because the file then
+// compresses better.
 uint8_t packSh(float value, size_t bits)
 {
     const int step = 1 << (8 - bits), exact = int(std::round(std::clamp(value, -2.0f, 2.0f) * 128)) + 128;
     return uint8_t(std::clamp((exact + step / 2) / step * step, 0, 255));
 }
 
-// The smaller three of x, y, z, w by their size and sign in 10 bits each, and which the fourth is.
+// Packs x, y, z, w into 32 bits: 2 bits tell which is the largest, and each of the other three has a sign and 9 bits.
 uint32_t packRotation(const float (&q)[4])
 {
     uint32_t largest = 0;
@@ -61,7 +62,7 @@ void unpackRotation(uint32_t packed, float (&q)[4])
     q[largest] = std::sqrt(std::max(rest, 0.0f));
 }
 
-// The most bits behind the point with which all places fit into 24.
+// Most bits behind the binary point with which all coordinates fit into 24 bits.
 int fractionBits(const GaussianSet& set)
 {
     float most = 0;
@@ -76,7 +77,7 @@ int fractionBits(const GaussianSet& set)
     return bits;
 }
 
-// The bytes of one of the file's streams.
+// Passes the bytes of one stream of the file to `add`.
 void packStream(const GaussianSet& set, int fraction, size_t stream, const ByteSink& add)
 {
     const size_t values = set.colorValues();
@@ -103,7 +104,7 @@ void packStream(const GaussianSet& set, int fraction, size_t stream, const ByteS
             for (size_t c = 0; c < 3; ++c)
                 bytes.push_back(byteOf((set.log_scale[3 * i + c] + 10) * 16));
             break;
-        case 4: // turned with the axes
+        case 4: // rotations, turned like the axes
             store(packRotation({q[1], kFlip[1] * q[2], kFlip[2] * q[3], q[0]}), 32);
             break;
         default:

@@ -17,7 +17,7 @@ namespace {
 constexpr uint32_t kVersion = 3;
 constexpr size_t kHeaderBytes = 16, kPieceBytes = 1u << 18;
 
-// One deflate stream in a gzip frame.
+// Compresses bytes to a gzip frame, piece by piece.
 class Gzip {
 public:
     explicit Gzip(const PieceSink& write) : m_write(write), m_out(kPieceBytes)
@@ -32,7 +32,7 @@ public:
 
     void add(std::span<const uint8_t> bytes, bool last = false)
     {
-        while (true) { // zlib counts with 32 bits
+        while (true) { // in parts, because zlib counts bytes in 32 bits
             const std::span<const uint8_t> part = bytes.first(std::min<size_t>(bytes.size(), 1u << 30));
             bytes = bytes.subspan(part.size());
             m_stream.next_in = const_cast<uint8_t*>(part.data());

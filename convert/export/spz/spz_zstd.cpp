@@ -16,17 +16,17 @@ namespace {
 
 constexpr uint32_t kVersion = 4;
 constexpr size_t kHeaderBytes = 32, kEntryBytes = 16, kPieceBytes = 1u << 18;
-constexpr int kLevel = 12; // level of Zstandard in Niantic's own writer
+constexpr int kLevel = 12; // level that Niantic's own writer uses
 
 struct Header {
     uint32_t magic, version, count;
     uint8_t degree, fraction, flags, streams;
-    uint32_t toc; // from the start of the file
+    uint32_t toc; // byte offset in the file of the streams' sizes
     uint8_t reserved[12];
 };
 static_assert(sizeof(Header) == kHeaderBytes);
 
-// A Zstandard frame that grows.
+// Compresses bytes to a Zstandard frame, piece by piece.
 class Frame {
 public:
     explicit Frame(uint64_t raw_bytes) : m_context(ZSTD_createCCtx(), ZSTD_freeCCtx), m_piece(kPieceBytes)
@@ -34,7 +34,7 @@ public:
         if (m_context == nullptr)
             throw Error(ErrorCode::OutOfMemory, "zstd", "no memory", "1 MB", "close other programs");
         check(ZSTD_CCtx_setParameter(m_context.get(), ZSTD_c_compressionLevel, kLevel));
-        // so that the frame says it: readers that unpack a frame at once ask for it
+        // makes the frame state its size, which readers that unpack it at once ask for
         check(ZSTD_CCtx_setPledgedSrcSize(m_context.get(), raw_bytes));
     }
 
@@ -75,8 +75,8 @@ private:
     std::vector<uint8_t> m_piece, m_out;
 };
 
-// Appends the unpacked frame. Returns false unless `packed` is one whole frame of `raw_bytes`; memory grows with the
-// unpacked bytes, not with the size that a header claims.
+// Unpacks a frame and appends the result to `bytes`. Returns false unless it is exactly one frame of `raw_bytes` bytes.
+// Memory grows with what was unpacked, not with the size that a header claims.
 bool unpack(std::span<const std::byte> frame, uint64_t raw_bytes, std::vector<uint8_t>& bytes)
 {
     const std::unique_ptr<ZSTD_DCtx, size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(), ZSTD_freeDCtx);
@@ -103,7 +103,7 @@ void requireSpz4() {}
 
 void writeSpz4(const SpzHeader& header, const SpzPacker& pack, const PieceSink& write)
 {
-    std::vector<std::vector<uint8_t>> frames; // held, since their sizes come before them
+    std::vector<std::vector<uint8_t>> frames; // kept until all sizes are known, because these come first in the file
     std::vector<uint64_t> entries;
     const std::array<uint64_t, kSpzStreams> sizes = spzStreamBytes(header);
     for (size_t stream = 0; stream < kSpzStreams; ++stream) {

@@ -25,7 +25,8 @@ const ConfigValue* ConfigValue::find(std::string_view path) const
         const ConfigValue* next = nullptr;
         for (size_t i = 0; i < node->keys.size(); ++i)
             if (node->keys[i] == key)
-                next = &node->list[i]; // the last of several wins, as in Python
+                // of equal keys the last one counts, as in Python
+                next = &node->list[i];
         node = next;
     }
     return node;
@@ -99,7 +100,8 @@ std::string characterName(std::string_view text, size_t at)
     const auto first = uint8_t(text[at]);
     if (first > 0x20 && first < 0x7f)
         return std::string("'") + text[at] + "'";
-    // bytes of the character, and the first code that needs as many; the bits of it that the first byte has
+    // tables by length in bytes of a UTF-8 character: `least` is the smallest code that needs so many, `bits` the bits
+    // of its first byte that belong to the code
     const size_t bytes = first < 0x80   ? 1
                          : first < 0xc2 ? 0
                          : first < 0xe0 ? 2

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A place among the words of a Python expression, for a parser of them.
+// A position among the tokens of a Python expression, with the tests that a parser makes there.
 #pragma once
 
 #include "convert/input/config/python_tokens.h"
@@ -15,7 +15,7 @@ namespace gsc {
 
 class PythonCursor {
 protected:
-    // Both must outlive this; `file` is used in messages only.
+    // `text` and `file` must outlive this; `file` is used in messages only.
     PythonCursor(std::string_view text, const std::string& file) : m_file(file), m_tokens(pythonTokens(text, file)) {}
 
     [[noreturn]] void fail(const std::string& found) const { throwNoPython(m_file, found, peek().at); }
@@ -31,7 +31,7 @@ protected:
         return m_tokens[std::min(m_next + ahead, m_tokens.size() - 1)];
     }
 
-    // True if the next token is this operator or reserved word.
+    // Returns true if the next token, or the one `ahead` tokens behind it, is this operator or reserved word.
     [[nodiscard]] bool at(std::string_view word, size_t ahead = 0) const
     {
         const PythonToken& token = peek(ahead);
@@ -52,7 +52,7 @@ protected:
     }
 
     const std::string& m_file;
-    std::vector<PythonToken> m_tokens; // the last is an End
+    std::vector<PythonToken> m_tokens; // ends with an End token
     size_t m_next = 0;
 };
 

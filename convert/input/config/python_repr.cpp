@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Python's repr of a Namespace. A parser and not a split at commas: paths may hold any character (trap 35). The trainers
-// give the file to eval(), so every expression is parsed; literals have values, all else is kept as text.
+// Parses the text that Python prints of a Namespace. Splitting it at commas would not do, because paths may hold any
+// character. The trainers give the file to eval(), so any Python expression must parse; literals become values, all
+// else is kept as text.
 #include "convert/input/config/config_value.h"
 #include "convert/input/config/python_cursor.h"
 #include <gsc/error.h>
@@ -19,13 +20,13 @@ constexpr int kMaxDepth = 32;
 
 constexpr std::string_view kBinary[] = {"+", "-", "*",  "/",  "//", "%",  "**", "@",  "&",   "|",  "^",
                                         "<", ">", "<=", ">=", "==", "!=", "<<", ">>", "and", "or", "in"};
-// Words that are no names.
+// Reserved words of Python, which cannot be names.
 constexpr std::string_view kReserved[] = {
     "and",      "as",     "assert",  "async", "await", "break",  "class", "continue", "def",  "del",  "elif",
     "else",     "except", "finally", "for",   "from",  "global", "if",    "import",   "in",   "is",   "lambda",
     "nonlocal", "not",    "or",      "pass",  "raise", "return", "try",   "while",    "with", "yield"};
 
-// Words that are values, and no names that could be given one.
+// Reserved words of Python that are values.
 constexpr std::string_view kConstants[] = {"None", "True", "False"};
 
 template <size_t N>
@@ -45,7 +46,8 @@ public:
 
     ConfigValue run()
     {
-        if (m_tokens.size() <= 2 && m_tokens[0].kind != PythonKind::Literal) // no token, or an undefined word
+        // the text is empty, or a single word that is no literal
+        if (m_tokens.size() <= 2 && m_tokens[0].kind != PythonKind::Literal)
             fail("does not start with 'Namespace('");
         ConfigValue value = expression(0);
         const bool is_tuple = at(",");
@@ -57,7 +59,7 @@ public:
     }
 
 private:
-    // Keeps an expression that is no constant as text, from token `first` on.
+    // Returns the text from token `first` to the token before the current one as a value of kind Other.
     [[nodiscard]] ConfigValue other(size_t first) const
     {
         ConfigValue result;
@@ -67,7 +69,8 @@ private:
         return result;
     }
 
-    // `conditional`: "a if b else c" is one too; not so within a comprehension, where "if" starts a clause.
+    // Parses one expression. `conditional`: "a if b else c" is allowed; in a comprehension it is not, because "if"
+    // starts a clause there.
     ConfigValue expression(int depth, bool conditional = true)
     {
         if (depth > kMaxDepth)
@@ -108,7 +111,7 @@ private:
         return found;
     }
 
-    // Parameters of a lambda, up to its colon.
+    // Parses the parameters of a lambda, up to the colon.
     void parameters(int depth)
     {
         while (!accept(":")) {
@@ -170,7 +173,8 @@ private:
     {
         const size_t first = m_next;
         ConfigValue value = atom(depth);
-        bool is_path = m_next == first + 1 && m_tokens[first].kind == PythonKind::Name; // names with dots
+        // true as long as the tokens since `first` are names joined by dots
+        bool is_path = m_next == first + 1 && m_tokens[first].kind == PythonKind::Name;
         for (;;) {
             if (accept(".")) {
                 (void)name();
@@ -213,7 +217,7 @@ private:
         return value;
     }
 
-    // Strings side by side are one.
+    // Parses string literals: strings side by side are one string.
     ConfigValue literals()
     {
         const size_t first = m_next;
@@ -245,7 +249,7 @@ private:
         return result;
     }
 
-    // Clauses behind the first item of a comprehension; false where there are none.
+    // Parses the clauses behind the first item of a comprehension ("for x in y if z"); returns false if there are none.
     bool comprehension(int depth)
     {
         const bool found = at("for") || at("async");
@@ -253,13 +257,15 @@ private:
             (void)accept("async");
             m_next += 1;
             do
-                (void)expression(depth + 1, false); // "x in y" is read as a comparison, which has the same words
+                // "x in y" is parsed as a comparison, which looks alike
+                (void)expression(depth + 1, false);
             while (accept(","));
         }
         return found;
     }
 
-    // ( or [ up to `close`. Brackets around one value are that value.
+    // Parses a tuple or a list up to the bracket `close`. Round brackets round a single value without a comma give that
+    // value.
     ConfigValue bracketed(int depth, std::string_view close, Kind kind)
     {
         const size_t first = m_next++;
@@ -284,7 +290,7 @@ private:
         return result;
     }
 
-    // A dictionary, or a set, which has no value here.
+    // Parses a dictionary, or a set, which is kept as text.
     ConfigValue braces(int depth)
     {
         const size_t first = m_next++;
@@ -297,7 +303,8 @@ private:
             } else {
                 known = !accept("*") && known;
                 ConfigValue key = expression(depth + 1);
-                known = key.kind == Kind::String && known; // no name of a setting otherwise
+                // only a string can be the name of a setting
+                known = key.kind == Kind::String && known;
                 if (accept(":"))
                     result.add(std::move(key.text), expression(depth + 1));
                 else
@@ -319,7 +326,7 @@ private:
         return more.kind == Kind::Dict;
     }
 
-    // A function takes each name once. `last`: only the first keys of `given` count.
+    // Throws if `key` is among the first `last` keys of `given`: an argument can be given only once.
     void requireNew(const std::string& key, const ConfigValue& given, size_t last) const
     {
         const auto end = given.keys.begin() + ptrdiff_t(last);
@@ -327,8 +334,8 @@ private:
             fail("'" + key.substr(0, 64) + "' given twice");
     }
 
-    // (key=value, value, **{...}); values without a key are dropped, or refused where the function takes `only_named` ones.
-    // `known` becomes false where keys are not known.
+    // Parses the arguments of a call: (key=value, value, **{...}). Values without a key are dropped; with `only_named`
+    // they are refused. `known` becomes false if the keys cannot be known.
     ConfigValue arguments(int depth, bool only_named, bool& known)
     {
         ++m_next;
@@ -369,7 +376,8 @@ private:
     }
 
     std::string_view m_text;
-    size_t m_after_atom = 0; // the token behind the atom that was read last
+    // index of the token that follows the last atom read
+    size_t m_after_atom = 0;
 };
 
 } // namespace

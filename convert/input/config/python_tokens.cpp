@@ -14,9 +14,9 @@ namespace {
 
 using Kind = ConfigValue::Kind;
 
-constexpr int kMaxBrackets = 200; // Python's own limit
+constexpr int kMaxBrackets = 200; // Python's own limit of nested brackets
 
-// The longest first.
+// Operators of Python, longer ones first, so that the first match is the longest.
 constexpr std::string_view kOperators[] = {"**=", "//=", ">>=", "<<=", "...", "**", "//", ">>", "<<", "<=", ">=", "==",
                                            "!=",  "->",  ":=",  "+=",  "-=",  "*=", "/=", "%=", "&=", "|=", "^=", "@="};
 constexpr std::string_view kSingle = "+-*/%@&|^~<>()[]{},:.;=";
@@ -26,8 +26,8 @@ bool isDigit(char c)
     return c >= '0' && c <= '9';
 }
 
-// ASCII alone: Python allows letters of every script, but no setting has them, and look-alikes of letters or blanks may
-// be none.
+// Returns true for a letter, a digit or an underscore of ASCII. Python allows letters of every script in names, but no
+// setting has them, and characters that look like letters or blanks would go unnoticed.
 bool isNameCharacter(char c)
 {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || isDigit(c) || c == '_';
@@ -39,13 +39,14 @@ void appendUtf8(std::string& out, uint32_t code)
         out += char(code);
         return;
     }
-    if (code >= 0xdc80 && code <= 0xdcff) { // a byte of a file's name that was no UTF-8
+    // Python's code for a byte of a file name that was not UTF-8
+    if (code >= 0xdc80 && code <= 0xdcff) {
         out += char(code - 0xdc00);
         return;
     }
     if (code >= 0xd800 && code <= 0xdfff)
         code = 0xfffd;
-    const int more = code < 0x800 ? 1 : code < 0x10000 ? 2 : 3; // bytes behind the first
+    const int more = code < 0x800 ? 1 : code < 0x10000 ? 2 : 3; // bytes that follow the first byte
     out += char(0xf0 << (3 - more) | (code >> 6 * more & 0x3f >> more));
     for (int i = more; i-- > 0;)
         out += char(0x80 | (code >> 6 * i & 0x3f));
@@ -76,7 +77,7 @@ private:
         return m_cursor + ahead < m_text.size() ? m_text[m_cursor + ahead] : '\0';
     }
 
-    // Spaces, line ends, comments, and a backslash at the end of a line.
+    // Skips spaces, line ends, comments, and a backslash at the end of a line.
     void skipSpace()
     {
         while (m_cursor < m_text.size()) {
@@ -131,7 +132,7 @@ private:
         return {PythonKind::Operator, 0, {}, {}};
     }
 
-    // Letters before the quote of a string that starts here.
+    // Number of letters before the quote of a string (such as r or f) if one starts here; else npos.
     [[nodiscard]] size_t stringPrefix() const
     {
         size_t letters = 0;
@@ -151,10 +152,10 @@ private:
         const std::string_view end = triple ? m_text.substr(m_cursor, 3) : m_text.substr(m_cursor, 1);
         m_cursor += end.size();
         ConfigValue result;
-        // bytes, and strings that are composed when they are evaluated
+        // bytes (b), f-strings (f) and template strings (t) have no text that could be known here
         result.kind = letters.find_first_of("bBfFtT") != std::string_view::npos ? Kind::Other : Kind::String;
         for (;;) {
-            // a backslash needs a character behind it
+            // after a backslash there has to be another character
             if (m_cursor + (peek() == '\\' ? 1 : 0) >= m_text.size() || (!triple && peek() == '\n'))
                 fail("string without an end");
             if (m_text.substr(m_cursor, end.size()) == end)
@@ -180,7 +181,7 @@ private:
                 result.text += plain[i + 1];
                 return;
             }
-        if (c == '\r' || c == '\n') { // a line that goes on
+        if (c == '\r' || c == '\n') { // a backslash at the end of a line: both are dropped
             m_cursor += c == '\r' && peek() == '\n';
         } else if (c >= '0' && c <= '7') {
             uint32_t code = uint32_t(c - '0');
@@ -189,13 +190,13 @@ private:
             appendUtf8(result.text, code);
         } else if (c == 'x' || c == 'u' || c == 'U') {
             appendUtf8(result.text, hexadecimal(c == 'x' ? 2 : c == 'u' ? 4 : 8));
-        } else if (c == 'N') { // a character by its name in Unicode
+        } else if (c == 'N') { // \N{name}: a character by its Unicode name, not looked up here
             const size_t end = peek() == '{' ? m_text.find('}', m_cursor) : std::string_view::npos;
             if (end == std::string_view::npos)
                 fail("escape sequence in a string is broken");
             m_cursor = end + 1;
             result.kind = Kind::Other;
-        } else { // Python keeps escapes that it does not know
+        } else { // Python keeps a backslash before any other character
             result.text += '\\';
             result.text += c;
         }
@@ -212,7 +213,7 @@ private:
         return code;
     }
 
-    // Digits of a base, with single underscores between them; those are dropped.
+    // Reads the digits of a number in this base and drops single underscores between them.
     std::string digits(int base)
     {
         std::string text;
@@ -284,7 +285,7 @@ private:
             result.integer = std::numeric_limits<int64_t>::max();
     }
 
-    // the repr of an arbitrary object, "<...>"
+    // Reads "<...>", the text that Python prints of an object that has no other text.
     ConfigValue angle()
     {
         int open = 0;
@@ -302,7 +303,7 @@ private:
     std::string_view m_text;
     const std::string& m_file;
     size_t m_cursor = 0;
-    size_t m_at = 0; // offset of the token that is being read
+    size_t m_at = 0; // byte offset of the token that is being read
     int m_brackets = 0;
     std::vector<PythonToken> m_tokens;
 };

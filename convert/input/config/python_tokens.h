@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Words of a Python expression, with the values of those that are literals.
+// Splits a Python expression into tokens, with the values of those that are literals.
 #pragma once
 
 #include "convert/input/config/config_value.h"
@@ -16,18 +16,18 @@ enum class PythonKind : uint8_t { Name, Literal, Operator, End };
 
 struct PythonToken {
     PythonKind kind = PythonKind::End;
-    size_t at = 0; // byte of the text
+    size_t at = 0; // byte offset in the text
     std::string_view text;
-    // Literal: a string or a number; Other where it is neither (bytes, f-strings, complex numbers, <...>).
+    // Value of a Literal: a string or a number, or kind Other for bytes, f-strings, complex numbers and <...>.
     ConfigValue value;
 };
 
-// The last is an End. Line ends count as spaces; "<...>" where a value should be is what Python prints of an object.
-// Throws Error(InvalidFile) where Python's own tokenizer would refuse, and for letters beyond ASCII in a name; `file` is
-// used in messages only.
+// Splits `text` into tokens, the last of which is an End. Line ends count as spaces. "<...>" in the place of a value is
+// a Literal: Python prints objects so. Throws Error(InvalidFile) where Python's own tokenizer would, and for letters
+// beyond ASCII in a name; `file` is used in messages only.
 std::vector<PythonToken> pythonTokens(std::string_view text, const std::string& file);
 
-// Error(InvalidFile) about byte `at` of the settings `file`.
+// Throws Error(InvalidFile) that says that byte `at` of the settings file `file` is not Python.
 [[noreturn]] void throwNoPython(const std::string& file, const std::string& found, size_t at);
 
 } // namespace gsc

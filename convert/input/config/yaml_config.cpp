@@ -14,7 +14,8 @@ namespace gsc {
 namespace {
 
 constexpr int kMaxDepth = 32;
-constexpr size_t kMaxNodes = 20000; // aliases can unfold exponentially; upstream's files hold about 100
+// limit of nodes, because aliases can multiply them exponentially; files of Octree-AnyGS have about 100
+constexpr size_t kMaxNodes = 20000;
 
 using Kind = ConfigValue::Kind;
 
@@ -22,7 +23,7 @@ constexpr std::pair<const char*, const char*> kBooleans[] = {{"false", "true"}, 
                                                              {"no", "yes"},     {"No", "Yes"},     {"NO", "YES"},
                                                              {"off", "on"},     {"Off", "On"},     {"OFF", "ON"}};
 
-// Whole numbers of YAML 1.1 that are not decimal: 0x1f, 0b11, 017.
+// Reads a whole number of YAML 1.1 that is not decimal: 0x1f, 0b11, 017. Returns false if it is none.
 bool readBased(std::string_view digits, ConfigValue& value)
 {
     const bool negative = digits.starts_with('-');
@@ -41,7 +42,7 @@ bool readBased(std::string_view digits, ConfigValue& value)
     return true;
 }
 
-// 1:30 is 90.
+// Reads a number in base 60, as YAML 1.1 has it: 1:30 is 90. Returns false if it is none.
 bool readSixties(const std::string& digits, ConfigValue& value)
 {
     double sum = 0;
@@ -77,7 +78,7 @@ bool readYamlNumber(std::string text, ConfigValue& value)
     return text.find(':') != std::string::npos ? readSixties(text, value) : readNumber(text, value);
 }
 
-// `tag`: the stated type, "!" for a quoted text.
+// Value of a scalar. `tag`: its type as stated in the file, "!" for a quoted text.
 ConfigValue scalar(const std::string& text, const std::string& tag)
 {
     ConfigValue value;
@@ -95,8 +96,8 @@ ConfigValue scalar(const std::string& text, const std::string& tag)
     return value;
 }
 
-// Merges the value of "<<", a dictionary or a list of them, the first of which wins; the dictionary's own keys come
-// later, and the last of several wins.
+// Adds the members of the value of the key "<<" to `into`. If the value is a list of dictionaries, the first one that
+// has a key wins. The dictionary's own keys are added later, and of equal keys the last one counts.
 void merge(ConfigValue more, ConfigValue& into)
 {
     for (size_t i = more.list.size(); i-- > 0;) {
@@ -107,7 +108,8 @@ void merge(ConfigValue more, ConfigValue& into)
     }
 }
 
-// A key of the trainers' is plain; a blank that a web page put there would make it another one without a word.
+// Text of a key. The trainers' keys are ASCII; other characters are refused, because a no-break space copied from a web
+// page would silently make another key.
 std::string keyOf(const YAML::Node& node, const std::string& file)
 {
     const std::string& key = node.Scalar();

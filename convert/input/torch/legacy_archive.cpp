@@ -13,11 +13,12 @@ namespace gsc {
 
 namespace {
 
-// The first pickle is an integer of 80 bits: its bytes from protocol 2 on, its digits before.
+// Bytes of the 80-bit integer in the first pickle of such a file. From protocol 2 on they stand there as they are,
+// before that as decimal digits.
 constexpr std::string_view kMagic = "\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19";
 constexpr std::string_view kMagicDigits = "119547037146038801333356";
-constexpr size_t kLeastMagic = 15;  // bytes of that pickle in protocol 2
-constexpr int64_t kProtocol = 1001; // PyTorch has had no other
+constexpr size_t kLeastMagic = 15;  // size of that pickle in bytes in protocol 2
+constexpr int64_t kProtocol = 1001; // version of the file format; PyTorch never had another
 
 constexpr std::pair<std::string_view, uint64_t> kElementBytes[] = {
     {"torch FloatStorage", 4}, {"torch DoubleStorage", 8}, {"torch HalfStorage", 2},  {"torch BFloat16Storage", 2},
@@ -46,7 +47,7 @@ private:
     struct Storage {
         std::string_view type;
         uint64_t count;
-        bool is_there = false; // the elements were found
+        bool is_there = false; // true once the elements were found in the file
     };
 
     static std::string shown(std::string_view text) { return std::string(text.substr(0, 64)); }
@@ -100,7 +101,8 @@ private:
         }
     }
 
-    // `graph` is the list of their keys.
+    // Finds the elements of every storage. `graph`: the pickle before them, a list of the storages' keys in the order
+    // of the file.
     void takeStorages(const PickleGraph& graph, LegacyArchive& archive)
     {
         const PickleValue& list = graph.values[graph.root];
@@ -147,7 +149,8 @@ private:
 
     std::span<const std::byte> m_left;
     const std::string& m_name;
-    // By key, as the pickle states them. Texts of the graph: one can be the key of any number of storages.
+    // Storages by key, as the pickle states them. The keys are views into the graph and not copies, because a hostile
+    // file could use one long key any number of times.
     std::unordered_map<std::string_view, Storage> m_storages;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bounds-checked access to the bytes of a pickle, and its two kinds of complaint.
+// Reads the bytes of a pickle with checks of its bounds, and throws its errors.
 #pragma once
 
 #include <gsc/error.h>
@@ -14,10 +14,10 @@ namespace gsc {
 
 class PickleInput {
 public:
-    // `bytes` and `name` must outlive it; `name` is used in messages only.
+    // `bytes` and `name` must outlive this; `name` is used in messages only.
     PickleInput(std::span<const std::byte> bytes, const std::string& name) : m_bytes(bytes), m_name(name) {}
 
-    // Error(InvalidFile) and Error(Unsupported) at the opcode that was taken last.
+    // These two throw Error(InvalidFile) and Error(Unsupported); the message names the opcode that was read last.
     [[noreturn]] void invalid(const std::string& text) const
     {
         throw Error(ErrorCode::InvalidFile, m_name, formatString("%s at byte %zu of the pickle", text.c_str(), m_at),
@@ -54,7 +54,7 @@ public:
         return part;
     }
 
-    // Little-endian, at most 8 bytes.
+    // Reads a little-endian integer of `count` bytes, at most 8.
     uint64_t takeUnsigned(size_t count)
     {
         uint64_t value = 0;
@@ -70,7 +70,7 @@ public:
         return {reinterpret_cast<const char*>(part.data()), part.size()};
     }
 
-    // Up to a line feed, which is dropped.
+    // Reads the text up to the next line feed, which is skipped. Throws if it is longer than max_characters.
     std::string takeLine(size_t max_characters)
     {
         const auto rest = m_bytes.subspan(m_cursor, std::min(m_bytes.size() - m_cursor, max_characters + 1));
@@ -86,7 +86,7 @@ private:
     std::span<const std::byte> m_bytes;
     const std::string& m_name;
     size_t m_cursor = 0;
-    size_t m_at = 0; // offset of the opcode being executed
+    size_t m_at = 0; // byte offset of the opcode that is being executed
 };
 
 } // namespace gsc

@@ -14,20 +14,21 @@ namespace gsc {
 namespace {
 
 constexpr size_t kMaxBytes = 16u << 20;
-constexpr size_t kMaxGlobal = 512; // characters of a module or class name
+constexpr size_t kMaxGlobal = 512; // most characters of "module class" of a global
 constexpr size_t kMaxDimensions = 8;
 constexpr uint64_t kMostProtocol = 5;
 
-// Globals that PyTorch before 0.4 wrote: the weights of torchvision's first models have them.
+// Names that PyTorch before 0.4 wrote; the weights of torchvision's oldest models have them.
 constexpr std::string_view kOldTensor = "torch._utils _rebuild_tensor";
 constexpr std::string_view kOldParameter = "torch.nn.parameter Parameter";
 
 bool allowedGlobal(std::string_view global)
 {
-    // classes of TorchScript modules: only their names are used
+    // classes of TorchScript modules: nothing of them is used but the name
     if (global.starts_with("__torch__.") || global.starts_with("__torch__ "))
         return true;
-    // every type of storage is let in here so that its tensors can be refused by name, with the type
+    // every type of storage is accepted here, so that a tensor of a wrong type can be refused later with its name and
+    // type
     if (global.starts_with("torch ") && global.ends_with("Storage"))
         return true;
     return global == "torch._utils _rebuild_tensor_v2" || global == "torch._utils _rebuild_parameter" ||
@@ -85,7 +86,8 @@ private:
         dict.items.insert(dict.items.end(), items.begin(), items.end());
     }
 
-    // ('storage', type, key, location, element count[, view]). The location ("cuda:0") is only a tag.
+    // Makes a storage of the tuple ('storage', type, key, location, element count[, view]). The location ("cuda:0") is
+    // not used.
     void pushStorage()
     {
         const std::vector<uint32_t>& id = expect(pop(), PickleKind::Tuple, "persistent id tuple").items;
@@ -120,7 +122,7 @@ private:
             unsupported("a call of '" + function + "'");
     }
 
-    // Pushes a dictionary of a list of [key, value], which is how Python 2 pickles one.
+    // Makes a dictionary of a list of [key, value] lists: Python 2 pickles dictionaries so.
     void pushDictOf(const std::vector<uint32_t>& pairs)
     {
         PickleValue dict{PickleKind::Dict, 0, 0, {}, {}};
@@ -151,7 +153,7 @@ private:
         return values;
     }
 
-    // (storage, offset, size, stride, requires_grad, hooks[, metadata])
+    // Makes a tensor of the arguments (storage, offset, size, stride, requires_grad, hooks[, metadata]).
     void rebuildTensor(const std::vector<uint32_t>& arguments)
     {
         if (arguments.size() < 4 || arguments.size() > 7)
@@ -177,7 +179,7 @@ private:
     {
         const std::vector<uint32_t>& arguments = expect(pop(), PickleKind::Tuple, "argument tuple").items;
         const std::string& type = expect(pop(), PickleKind::Global, "class").text;
-        // a parameter is its tensor
+        // a torch Parameter stands for the tensor in it
         if (type == kOldParameter && arguments.size() == 1 && m_graph.values[arguments[0]].kind == PickleKind::Tensor)
             return m_stack.push_back(arguments[0]);
         if (!arguments.empty())
@@ -196,11 +198,12 @@ private:
         (void)expect(state, PickleKind::Dict, "state dictionary");
         if (target.kind == PickleKind::Object && target.items.empty())
             target.items.push_back(state);
-        else if (target.kind != PickleKind::Dict) // an OrderedDict's state is attributes ('_metadata'), never keys
+        // the state of an OrderedDict holds its attributes ('_metadata'), no keys: ignored
+        else if (target.kind != PickleKind::Dict)
             invalid("state for a value that takes none");
     }
 
-    // The state is (tensor, needs a gradient, ...); whether one is needed does not matter here.
+    // Sets a Parameter to the tensor in its state (tensor, requires_grad, ...).
     void buildParameter(PickleValue& target, const std::vector<uint32_t>& state)
     {
         if (target.kind == PickleKind::Tensor)
@@ -225,139 +228,140 @@ private:
     void execute(uint8_t opcode)
     {
         switch (opcode) {
-        case 0x80: // PROTO
+        case 0x80: // opcode PROTO
             return setProtocol();
         case 'N':
             return pushEmpty(PickleKind::None);
-        case 0x88: // NEWTRUE
-        case 0x89: // NEWFALSE
+        case 0x88: // opcode NEWTRUE
+        case 0x89: // opcode NEWFALSE
             return push({PickleKind::Bool, opcode == 0x88, 0, {}, {}});
-        case 'J': // BININT
+        case 'J': // opcode BININT
             return pushInt(int32_t(uint32_t(takeUnsigned(4))));
-        case 'K': // BININT1
+        case 'K': // opcode BININT1
             return pushInt(int64_t(takeUnsigned(1)));
-        case 'M': // BININT2
+        case 'M': // opcode BININT2
             return pushInt(int64_t(takeUnsigned(2)));
-        case 0x8a: // LONG1
+        case 0x8a: // opcode LONG1
             return pushLong(takeUnsigned(1));
-        case 0x8b: // LONG4
+        case 0x8b: // opcode LONG4
             return pushLong(takeUnsigned(4));
-        case 'G': // BINFLOAT
+        case 'G': // opcode BINFLOAT
             return pushFloat();
-        case 'U':  // SHORT_BINSTRING
-        case 0x8c: // SHORT_BINUNICODE
+        case 'U':  // opcode SHORT_BINSTRING
+        case 0x8c: // opcode SHORT_BINUNICODE
             return pushText(1);
-        case 'X': // BINUNICODE
-        case 'T': // BINSTRING
+        case 'X': // opcode BINUNICODE
+        case 'T': // opcode BINSTRING
             return pushText(4);
-        case 0x8d: // BINUNICODE8
+        case 0x8d: // opcode BINUNICODE8
             return pushText(8);
-        case 'c': // GLOBAL
+        case 'c': // opcode GLOBAL
             return pushGlobalOfLines();
-        case 0x93: // STACK_GLOBAL
+        case 0x93: // opcode STACK_GLOBAL
             return pushGlobalOfStack();
-        case 'q': // BINPUT
+        case 'q': // opcode BINPUT
             return put(takeUnsigned(1));
-        case 'r': // LONG_BINPUT
+        case 'r': // opcode LONG_BINPUT
             return put(takeUnsigned(4));
-        case 'h': // BINGET
+        case 'h': // opcode BINGET
             return get(takeUnsigned(1));
-        case 'j': // LONG_BINGET
+        case 'j': // opcode LONG_BINGET
             return get(takeUnsigned(4));
-        case '(': // MARK
+        case '(': // opcode MARK
             return mark();
-        case 0x94: // MEMOIZE
+        case 0x94: // opcode MEMOIZE
             return memoize();
-        case ')': // EMPTY_TUPLE
+        case ')': // opcode EMPTY_TUPLE
             return pushEmpty(PickleKind::Tuple);
-        case 0x85: // TUPLE1
-        case 0x86: // TUPLE2
-        case 0x87: // TUPLE3
+        case 0x85: // opcode TUPLE1
+        case 0x86: // opcode TUPLE2
+        case 0x87: // opcode TUPLE3
             return pushTuple(opcode - 0x84u);
-        case 't': // TUPLE
+        case 't': // opcode TUPLE
             return push({PickleKind::Tuple, 0, 0, {}, popToMark()});
-        case '}': // EMPTY_DICT
+        case '}': // opcode EMPTY_DICT
             return pushEmpty(PickleKind::Dict);
-        case ']': // EMPTY_LIST
+        case ']': // opcode EMPTY_LIST
             return pushEmpty(PickleKind::List);
-        case 'a': // APPEND
+        case 'a': // opcode APPEND
             return appendItems({pop()});
-        case 'e': // APPENDS
+        case 'e': // opcode APPENDS
             return appendItems(popToMark());
-        case 's': // SETITEM
+        case 's': // opcode SETITEM
             return setItem();
-        case 'u': // SETITEMS
+        case 'u': // opcode SETITEMS
             return setItems(popToMark());
-        case 'Q': // BINPERSID
+        case 'Q': // opcode BINPERSID
             return pushStorage();
-        case 'R': // REDUCE
+        case 'R': // opcode REDUCE
             return reduce();
-        case 0x81: // NEWOBJ
+        case 0x81: // opcode NEWOBJ
             return newObject();
-        case 'b': // BUILD
+        case 'b': // opcode BUILD
             return build();
-        case 0x95: // FRAME
+        case 0x95: // opcode FRAME
             return (void)takeUnsigned(8);
         default:
             executeRare(opcode);
         }
     }
 
-    // Opcodes that torch.save writes only where it is told another protocol, or where other things lie beside the tensors.
+    // Executes opcodes that torch.save writes only with another protocol than its default, or if the file holds more
+    // than tensors.
     void executeRare(uint8_t opcode)
     {
         switch (opcode) {
-        case 'I': // INT
-        case 'L': // LONG
+        case 'I': // opcode INT
+        case 'L': // opcode LONG
             return pushDecimal();
-        case 'F': // FLOAT
+        case 'F': // opcode FLOAT
             return pushFloatLine();
-        case 'S': // STRING
-        case 'V': // UNICODE
+        case 'S': // opcode STRING
+        case 'V': // opcode UNICODE
             return pushTextLine(opcode == 'S');
-        case 'p': // PUT
+        case 'p': // opcode PUT
             return put(takeSlot());
-        case 'g': // GET
+        case 'g': // opcode GET
             return get(takeSlot());
-        case 'l': // LIST
+        case 'l': // opcode LIST
             return push({PickleKind::List, 0, 0, {}, popToMark()});
-        case 'd': { // DICT
+        case 'd': { // opcode DICT
             std::vector<uint32_t> items = popToMark();
             pushEmpty(PickleKind::Dict);
             return setItems(std::move(items));
         }
-        case '0': // POP
+        case '0': // opcode POP
             return drop();
-        case '1': // POP_MARK
+        case '1': // opcode POP_MARK
             return (void)popToMark();
-        case '2': // DUP
+        case '2': // opcode DUP
             return repeatTop();
-        case 'B': // BINBYTES
+        case 'B': // opcode BINBYTES
             return pushBytes(4);
-        case 'C': // SHORT_BINBYTES
+        case 'C': // opcode SHORT_BINBYTES
             return pushBytes(1);
-        case 0x8e: // BINBYTES8
-        case 0x96: // BYTEARRAY8
+        case 0x8e: // opcode BINBYTES8
+        case 0x96: // opcode BYTEARRAY8
             return pushBytes(8);
-        case 0x8f: // EMPTY_SET
+        case 0x8f: // opcode EMPTY_SET
             return pushOther("set");
-        case 0x90: // ADDITEMS
+        case 0x90: // opcode ADDITEMS
             (void)popToMark();
             return (void)expect(top(), PickleKind::Other, "set");
-        case 0x91: // FROZENSET
+        case 0x91: // opcode FROZENSET
             (void)popToMark();
             return pushOther("frozenset");
-        case 'P':  // PERSID
-        case 'i':  // INST
-        case 'o':  // OBJ
-        case 0x82: // EXT1
-        case 0x83: // EXT2
-        case 0x84: // EXT4
-        case 0x92: // NEWOBJ_EX
-        case 0x97: // NEXT_BUFFER
-        case 0x98: // READONLY_BUFFER
+        case 'P':  // opcode PERSID
+        case 'i':  // opcode INST
+        case 'o':  // opcode OBJ
+        case 0x82: // opcode EXT1
+        case 0x83: // opcode EXT2
+        case 0x84: // opcode EXT4
+        case 0x92: // opcode NEWOBJ_EX
+        case 0x97: // opcode NEXT_BUFFER
+        case 0x98: // opcode READONLY_BUFFER
             unsupported(formatString("the opcode 0x%02x", unsigned(opcode)));
-        default: // no protocol of Python has it
+        default: // no protocol of Python has such an opcode
             invalid(formatString("unknown opcode 0x%02x", unsigned(opcode)));
         }
     }

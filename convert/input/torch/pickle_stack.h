@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stack, the marks and the memo of a pickle machine, with the limits that keep a hostile pickle small, and the
-// opcodes that push what lies in the pickle itself.
+// The stack, the marks and the memo of the pickle machine, with limits on their size, and the opcodes that push values
+// written in the pickle itself.
 #pragma once
 
 #include "convert/input/torch/pickle_input.h"
@@ -18,12 +18,14 @@
 
 namespace gsc {
 
-// Far above the needs of these trainers' checkpoints (about 150 values, 60 memo slots), far below a harmful size.
+// Limit of values in a pickle, small enough to be harmless; the trainers' checkpoints have about 150, and 60 memo
+// slots.
 constexpr size_t kMaxPickleValues = 1u << 18;
 constexpr size_t kMaxPickleMemo = 1u << 18;
-constexpr size_t kMaxPickleLine = 1u << 16; // characters of a value that protocol 0 writes as a line
-// A value in the memo can be used again for two bytes of pickle, however large it is: copies have a budget of so many
-// bytes for each byte read so far, and some for small pickles. PyTorch's need less than one for each.
+constexpr size_t kMaxPickleLine = 1u << 16; // most characters of a value that protocol 0 writes as a line of text
+// A pickle can copy a value of the memo with two bytes, however large the value is. So all copies together may take
+// this many bytes for each byte of the pickle read so far, and kPickleCopiedAlways besides. PyTorch's need less than
+// one.
 constexpr size_t kPickleCopiedForByte = 4;
 constexpr size_t kPickleCopiedAlways = 1u << 20;
 
@@ -49,7 +51,7 @@ protected:
 
     uint32_t top()
     {
-        // values below the newest mark belong to whoever set the mark
+        // values below the newest mark cannot be popped: they belong to the code before that mark
         if (m_stack.size() <= (m_marks.empty() ? 0 : m_marks.back()))
             invalid("stack underflow");
         return m_stack.back();
@@ -81,7 +83,7 @@ protected:
         push(std::move(tuple));
     }
 
-    // POP takes the newest mark where nothing lies on it.
+    // Opcode POP: removes the topmost value, or the newest mark if no value lies above it.
     void drop()
     {
         if (!m_marks.empty() && m_stack.size() == m_marks.back())
@@ -106,7 +108,7 @@ protected:
             invalid(formatString("more than %zu marks", kMaxPickleValues));
     }
 
-    // Before anything is copied that may be in the memo.
+    // Counts `bytes` that are about to be copied; throws if all copies together exceed the limit.
     void charge(size_t bytes)
     {
         const size_t most = kPickleCopiedAlways + kPickleCopiedForByte * position();
@@ -121,7 +123,7 @@ protected:
         return text;
     }
 
-    // note: push() moves values, so the returned pointer must not be used after it
+    // note: the reference must not be used after a push(), which may move all values
     PickleValue& expect(uint32_t value, PickleKind kind, const char* what)
     {
         PickleValue& found = m_graph.values[value];
@@ -140,7 +142,7 @@ protected:
         m_memo[slot] = top();
     }
 
-    void memoize() { put(m_memo_count); } // at the number of slots that are taken
+    void memoize() { put(m_memo_count); } // stores the top value in the next free slot of the memo
 
     void get(uint64_t slot)
     {
@@ -151,18 +153,18 @@ protected:
             invalid(formatString("more than %zu values on the stack", kMaxPickleValues));
     }
 
-    // Little-endian, two's complement.
+    // Pushes an integer of `count` bytes, little-endian, two's complement.
     void pushLong(uint64_t count)
     {
         if (count > sizeof(uint64_t))
             return pushOther(kWideInteger + takeText(size_t(count)));
         uint64_t value = takeUnsigned(size_t(count));
-        if (count > 0 && count < 8 && (value >> (8 * count - 1)) != 0) // sign extended
+        if (count > 0 && count < 8 && (value >> (8 * count - 1)) != 0) // extends the sign
             value |= ~uint64_t(0) << (8 * count);
         pushInt(int64_t(value));
     }
 
-    // Integers of protocol 0: decimal digits, with an L behind those of a long.
+    // Pushes an integer of protocol 0: decimal digits, and an L at the end for a long.
     void pushDecimal()
     {
         std::string line = takeLine(kMaxPickleLine);
@@ -189,7 +191,7 @@ protected:
         push({PickleKind::Float, 0, value, {}, {}});
     }
 
-    // Texts of protocol 0: between quotes, or as it is. Texts with escapes are no name of ours.
+    // Pushes a text of protocol 0, quoted or not. Escapes stay as they are, because none of our names has any.
     void pushTextLine(bool quoted)
     {
         std::string line = takeLine(kMaxPickleLine);
@@ -222,7 +224,7 @@ protected:
         return slot;
     }
 
-    void pushFloat() // big-endian
+    void pushFloat() // stored big-endian
     {
         uint64_t bits = 0;
         for (const std::byte byte : take(8))
@@ -232,10 +234,10 @@ protected:
 
     PickleGraph m_graph;
     std::vector<uint32_t> m_stack;
-    std::vector<size_t> m_marks; // heights of m_stack
+    std::vector<size_t> m_marks; // height of m_stack at each mark
     std::vector<uint32_t> m_memo;
-    size_t m_memo_count = 0; // slots that are taken
-    size_t m_copied = 0;     // bytes
+    size_t m_memo_count = 0; // slots of the memo that are used
+    size_t m_copied = 0;     // bytes copied so far, see charge()
 };
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pickles as PyTorch writes them.
+// Writes pickles, as PyTorch writes them.
 #pragma once
 
 #include "convert/input/torch/zip_writer.h"
@@ -14,14 +14,14 @@
 
 namespace gsc {
 
-// Protocol 2. Strings and globals are pooled in the memo, as PyTorch's pickler does it: the second use of a string
-// is a reference to the first, also where a storage key equals a module name.
+// Writes protocol 2. A string or a global that was written before is written as a reference to the memo, as PyTorch
+// does, even where the key of a storage happens to equal the name of a module.
 class PickleWriter {
 public:
     PickleWriter() { m_bytes = {'\x80', 2}; }
 
-    // By their letters: ( mark, ) empty tuple, t tuple, } empty dictionary, s item, u items, R call, Q storage, \x81 new
-    // object, b its state, N None, . end.
+    // Writes opcodes, one a letter: ( mark, ) empty tuple, t tuple, } empty dictionary, s item, u items, R call, Q
+    // storage, \x81 new object, b its state, N None, . end.
     void ops(const char* opcodes) { m_bytes += opcodes; }
 
     void string(const std::string& text)
@@ -87,7 +87,7 @@ public:
     }
 
     void boolean(bool value) { ops(value ? "\x88" : "\x89"); }
-    void put() { memoize({}); } // the value on top of the stack gets the next slot
+    void put() { memoize({}); } // gives the value on top of the stack the next slot of the memo
     [[nodiscard]] const std::string& bytes() const { return m_bytes; }
 
     void addStorages(ZipWriter& zip) const
@@ -128,7 +128,7 @@ private:
     std::string m_bytes;
     std::map<std::string, uint32_t> m_slots;
     uint32_t m_next = 0;
-    std::map<std::string, std::span<const float>> m_storages; // sorted as strings: 0, 1, 10, 11, 2
+    std::map<std::string, std::span<const float>> m_storages; // ordered as text: 0, 1, 10, 11, 2
 };
 
 } // namespace gsc

@@ -22,15 +22,17 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kMaxDepth = 16;      // depth of modules within modules; upstream's reach 2
-constexpr size_t kMaxPath = 512;      // characters of a tensor's or a module's name
-constexpr size_t kMaxVisits = 100000; // dictionary entries; a graph of shared values can unfold exponentially
-// Bytes of storages that are read, and of values that are made, for each byte of the archive. Trainers need one; views
-// of one storage by several tensors, and expanded dimensions, a few.
+// limit of the depth of modules within modules; the trainers' have 2
+constexpr size_t kMaxDepth = 16;
+constexpr size_t kMaxPath = 512; // most characters of the full name of a tensor or a module
+// most dictionary entries visited, because a graph with shared values can take exponential time
+constexpr size_t kMaxVisits = 100000;
+// Limit of the bytes read from storages, and of the bytes of tensors made, per byte of the archive. The trainers' files
+// need 1; files in which several tensors share a storage, or a dimension has stride 0, need a few.
 constexpr uint64_t kMostTimes = 16;
 
-// Modules that only wrap another: DistributedDataParallel and AveragedModel, torch.compile, FullyShardedDataParallel,
-// activation checkpointing.
+// Names of modules that only wrap another one: of DistributedDataParallel and AveragedModel, torch.compile,
+// FullyShardedDataParallel, and activation checkpointing.
 constexpr std::string_view kWrappers[] = {"module", "_orig_mod", "_fsdp_wrapped_module", "_checkpoint_wrapped_module"};
 
 std::string text(const std::vector<std::byte>& bytes)
@@ -38,13 +40,13 @@ std::string text(const std::vector<std::byte>& bytes)
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// Last part of "__torch__.torch.nn.modules.linear.___torch_mangle_0 Linear".
+// Last part of a class name: "Linear" of "__torch__.torch.nn.modules.linear.___torch_mangle_0 Linear".
 std::string shortClass(const std::string& global)
 {
     return global.substr(global.find_last_of(" .") + 1);
 }
 
-// A dotted path without its wrappers: "opacity_mlp.module.0.weight" is "opacity_mlp.0.weight".
+// A dotted path without the names of wrappers: "opacity_mlp.module.0.weight" becomes "opacity_mlp.0.weight".
 std::string withoutWrappers(std::string_view path)
 {
     std::string result;
@@ -60,7 +62,7 @@ std::string withoutWrappers(std::string_view path)
     return result;
 }
 
-// The bytes of a tensor's storage, as many as it states; they may be put into the scratch.
+// Returns the bytes of a tensor's storage, as many as the tensor states. The result may be a view into `scratch`.
 using ReadStorage = std::function<std::span<const std::byte>(const PickleTensor&, std::vector<std::byte>& scratch)>;
 
 class Walker {
@@ -99,7 +101,7 @@ private:
     void walkObject(const PickleValue& object, const std::string& path, size_t depth)
     {
         if (object.items.empty())
-            return; // no state: nothing below it
+            return; // an object without a state holds no tensors
         walkDict(m_graph.values[object.items[0]], path, depth);
     }
 
@@ -113,8 +115,8 @@ private:
                 invalid(formatString("more than %zu entries", kMaxVisits), "about 20");
             const PickleValue& key = m_graph.values[dict.items[i]];
             if (key.kind != PickleKind::String)
-                continue; // no storage of our models has such a key
-            // before it is copied: one text can be a key of any number of dictionaries
+                continue; // keys of the tensors and modules that we need are strings
+            // checked before the copy, because one long text can be the key of any number of dictionaries
             if (path.size() + key.text.size() > kMaxPath)
                 invalid(formatString("key '%.64s' makes a name of %zu characters", key.text.c_str(),
                                      path.size() + key.text.size()),
@@ -156,7 +158,7 @@ private:
         NamedTensor tensor{name, source.shape, {}};
         if (count != 0) {
             const std::span<const std::byte> bytes = storageOf(source);
-            // several tensors may share a storage, so each may state another size
+            // several tensors may share a storage, and a damaged file may state another size of it in each
             if (source.storage_count > bytes.size() / sizeof(float))
                 invalid("tensor '" + path + "' states a storage of more values than '" +
                             source.storage_key.substr(0, 64) + "' has",
@@ -170,12 +172,13 @@ private:
         m_archive.tensors.push_back(std::move(tensor));
     }
 
-    // How many values a tensor has, after its reach was found to lie within the storage that it states.
+    // Number of values of a tensor. Throws if they do not all lie within its storage.
     uint64_t checkedCount(const PickleTensor& source, const std::string& path)
     {
-        // note: divisions instead of products, because dimensions come from the file
+        // note: divided instead of multiplied, because the dimensions come from the file and a product could wrap round
         constexpr uint64_t kMost = ~0ull;
-        uint64_t count = 1, last = 0; // `last`: from the first value of the tensor to its last in the storage
+        // `last`: distance in elements from the tensor's first value to the value farthest from it
+        uint64_t count = 1, last = 0;
         for (const uint64_t size : source.shape)
             count = size == 0 || count == 0 ? 0 : size > kMost / count ? kMost : count * size;
         for (size_t i = 0; count != 0 && i < source.shape.size(); ++i) {
@@ -191,7 +194,8 @@ private:
         return count;
     }
 
-    // The last storage is kept, because tensors that share one lie side by side.
+    // Bytes of the storage of a tensor. The storage read last is kept, because tensors that share one follow each
+    // other.
     std::span<const std::byte> storageOf(const PickleTensor& source)
     {
         if (!m_storage.empty() && m_storage_key == source.storage_key)
@@ -209,7 +213,7 @@ private:
         return m_storage;
     }
 
-    // Copies row by row of the last dimension; a dimension may have any stride, 0 too, as in torch.load.
+    // Copies the values of a tensor row by row along its last dimension; strides may be any, 0 too, as in torch.load.
     void copyValues(const PickleTensor& source, const std::byte* first, std::vector<float>& values) const
     {
         const size_t dimensions = source.shape.size();
@@ -230,7 +234,8 @@ private:
         }
     }
 
-    // no trainer shares a storage between tensors; a hostile file could, to be read a million times
+    // Throws for tensors that share storages too often. The trainers' never do, but a hostile file could have one
+    // storage read a million times.
     [[noreturn]] void refuseSharing() const
     {
         throw Error(ErrorCode::Unsupported, m_name, "tensors hold many times the values of the archive",
@@ -241,10 +246,10 @@ private:
     const ReadStorage& m_read;
     const WantedTensor& m_wanted;
     uint64_t m_archive_bytes;
-    uint64_t m_read_left, m_made_left; // bytes
+    uint64_t m_read_left, m_made_left; // bytes still allowed, see kMostTimes
     const std::string& m_name;
     size_t m_visits = 0;
-    std::unordered_map<std::string, std::string> m_paths; // path in the file of each name
+    std::unordered_map<std::string, std::string> m_paths; // full path in the file of each name without wrappers
     std::string m_storage_key;
     std::span<const std::byte> m_storage;
     std::vector<std::byte> m_scratch;
@@ -289,7 +294,7 @@ constexpr Format kOtherFormats[] = {{8, "{\"", "a safetensors file"},
                                     {0, "ply\n", "a PLY file"},
                                     {257, "ustar", "a tar archive, as PyTorch before 0.1.10 saved it, or another one"}};
 
-// Refuses a file that is no archive of PyTorch's, and names its true kind.
+// Throws if the file is not from PyTorch; the message names the format that it has.
 void refuseOtherFormats(std::span<const std::byte> bytes, const std::string& name)
 {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -302,8 +307,8 @@ void refuseOtherFormats(std::span<const std::byte> bytes, const std::string& nam
                         "load it and save the state_dict with torch.save");
 }
 
-// The folder that every member lies below, with its slash: the file's stem when it was saved, which renaming the file
-// does not change.
+// Folder in the zip archive that all members lie in, with a slash at its end. It is named after the file when that was
+// saved, and stays when the file is renamed.
 std::string archiveFolder(const ZipArchive& zip, const std::string& name)
 {
     const std::string& first = zip.members().front();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The writing half of torch_archive.h.
+// Implements the writing functions of torch_archive.h.
 #include "convert/input/torch/torch_archive.h"
 
 #include "convert/input/torch/pickle_writer.h"
@@ -10,7 +10,7 @@ namespace {
 
 constexpr const char* kActivationSources[] = {nullptr, "torch.tanh(x)", "torch.sigmoid(x)", "torch.softmax(x, 1)"};
 
-// The attributes every traced module carries.
+// Writes the attributes that every traced module has.
 void writeModuleFlags(PickleWriter& pickle)
 {
     pickle.string("training");
@@ -31,7 +31,7 @@ void endObject(PickleWriter& pickle)
     pickle.put();
 }
 
-// TorchScript source of a module class: attributes, then forward.
+// TorchScript source of a module's class: its attributes, then forward().
 std::string classSource(const std::string& name, const std::string& parameters, const std::string& attributes,
                         const std::string& self, const std::string& input, const std::string& body)
 {
@@ -55,7 +55,7 @@ std::vector<std::byte> finishScript(const std::string& stem, const PickleWriter&
     zip.add("data.pkl", pickle.bytes());
     for (const auto& [path, source] : sources)
         zip.add("code/__torch__/" + path, source);
-    zip.add("constants.pkl", std::string("\x80\x02).", 4)); // an empty tuple
+    zip.add("constants.pkl", std::string("\x80\x02).", 4)); // pickle of an empty tuple
     zip.add("version", std::string("3\n"));
     return zip.finish();
 }
@@ -67,7 +67,7 @@ const std::string kModules = "torch.nn.modules.";
 std::vector<std::byte> writeTorchScriptMlp(const Mlp& mlp, const std::string& stem)
 {
     const char* activation = kActivationClasses[uint32_t(mlp.activation)];
-    // the second Linear is a class of its own, as tracing makes it
+    // the second Linear has a class name of its own, as tracing gives it
     const std::string linear_modules[2] = {kModules + "linear", kModules + "linear.___torch_mangle_0"};
     PickleWriter pickle;
     beginObject(pickle, kModules + "container", "Sequential");

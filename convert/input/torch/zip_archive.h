@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Members of a zip archive in memory, stored or deflated.
+// Reads members of a zip archive that is in memory, stored or deflated.
 #pragma once
 
 #include <cstddef>
@@ -10,29 +10,33 @@
 #include <unordered_map>
 #include <vector>
 
-struct zip; // libzip's, whose header stays in zip_archive.cpp
+struct zip; // type of libzip, whose header only zip_archive.cpp includes
 struct zip_stat;
 
 namespace gsc {
 
-// Names come from the central directory, sizes too: the local headers of PyTorch's archives hold zeros.
+// Reads a zip archive. Names and sizes come from the central directory, because the local headers of PyTorch's archives
+// hold zeros.
 class ZipArchive {
 public:
-    // `bytes` must outlive the archive; `name` is used in messages only. Throws Error(InvalidFile).
+    // Opens the archive in `bytes`, which must outlive this. `name` is used in messages only. Throws
+    // Error(InvalidFile).
     ZipArchive(std::span<const std::byte> bytes, const std::string& name);
 
-    // In the order of the central directory; no name occurs twice.
+    // Names of the members in the order of the central directory; no name occurs twice.
     [[nodiscard]] const std::vector<std::string>& members() const { return m_members; }
     [[nodiscard]] bool contains(const std::string& member) const;
 
-    // Bytes of its content as the central directory states them. Throws Error(InvalidFile) if absent.
+    // Size in bytes of the unpacked member, as the central directory states it. Throws Error(InvalidFile) if there is
+    // no such member.
     [[nodiscard]] uint64_t size(const std::string& member) const;
 
-    // Bytes of all members together.
+    // Size in bytes of all unpacked members together.
     [[nodiscard]] uint64_t contentBytes() const;
 
-    // The content, its CRC-32 checked. Throws Error: InvalidFile (absent, damaged, larger than it can be), Unsupported
-    // (encrypted, or compressed by anything but deflate, which PyTorch reads too).
+    // Unpacked bytes of a member, with the CRC-32 checked. Throws Error: InvalidFile (no such member, damaged, larger
+    // than possible), Unsupported (encrypted, or compressed by another method than deflate; PyTorch reads no other
+    // either).
     [[nodiscard]] std::vector<std::byte> read(const std::string& member) const;
 
 private:

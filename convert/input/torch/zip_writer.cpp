@@ -8,8 +8,9 @@ namespace gsc {
 namespace {
 
 constexpr uint64_t kPayloadAlignment = 64;
-constexpr uint16_t kFlags = 0x0808;           // data descriptor follows, UTF-8 names
-constexpr uint64_t kEndVersions = 0x002d031e; // "made by" 0x031e, "needed" 0x2d: the values of PyTorch's zip64 record
+constexpr uint16_t kFlags = 0x0808; // flags: a data descriptor follows; names are UTF-8
+// fields "made by" (0x031e) and "needed" (0x2d) of the zip64 record, as PyTorch writes them
+constexpr uint64_t kEndVersions = 0x002d031e;
 
 void put(std::vector<std::byte>& out, uint64_t value, size_t bytes)
 {
@@ -49,9 +50,9 @@ void ZipWriter::add(const std::string& member, std::span<const std::byte> conten
                     "write fewer or narrower ones");
     const uint32_t offset = uint32_t(m_bytes.size());
     put(m_bytes, 0x04034b50, 4);
-    put(m_bytes, 0, 2); // version needed
+    put(m_bytes, 0, 2); // version that a reader needs, 0
     put(m_bytes, kFlags, 2);
-    putZeros(m_bytes, 2 + 2 + 2 + 4 + 4 + 4); // method, time, date, crc, sizes
+    putZeros(m_bytes, 2 + 2 + 2 + 4 + 4 + 4); // method, time, date, CRC and sizes, all 0
     put(m_bytes, name.size(), 2);
     const uint64_t unpadded = m_bytes.size() + 2 + name.size() + 4;
     const uint64_t padding = (kPayloadAlignment - unpadded % kPayloadAlignment) % kPayloadAlignment;
@@ -80,23 +81,23 @@ std::vector<std::byte> ZipWriter::finish()
     const uint64_t directory = m_bytes.size();
     for (const Entry& entry : m_entries) {
         put(m_bytes, 0x02014b50, 4);
-        putZeros(m_bytes, 2 + 2); // versions
+        putZeros(m_bytes, 2 + 2); // versions, both 0
         put(m_bytes, kFlags, 2);
-        putZeros(m_bytes, 2 + 2 + 2); // method, time, date
+        putZeros(m_bytes, 2 + 2 + 2); // method, time and date, all 0
         put(m_bytes, entry.crc, 4);
         put(m_bytes, entry.size, 4);
         put(m_bytes, entry.size, 4);
         put(m_bytes, entry.name.size(), 2);
-        putZeros(m_bytes, 2 + 2 + 2 + 2 + 4); // extra, comment, disk, attributes
+        putZeros(m_bytes, 2 + 2 + 2 + 2 + 4); // lengths of extra field and comment, disk number, attributes, all 0
         put(m_bytes, entry.offset, 4);
         put(m_bytes, entry.name);
     }
     const uint64_t directory_bytes = m_bytes.size() - directory;
     const uint64_t end64 = m_bytes.size();
     put(m_bytes, 0x06064b50, 4);
-    put(m_bytes, 44, 8); // bytes of this record that follow
+    put(m_bytes, 44, 8); // bytes of this record behind this field
     put(m_bytes, kEndVersions, 4);
-    putZeros(m_bytes, 4 + 4); // disks
+    putZeros(m_bytes, 4 + 4); // disk numbers, both 0
     put(m_bytes, m_entries.size(), 8);
     put(m_bytes, m_entries.size(), 8);
     put(m_bytes, directory_bytes, 8);
@@ -104,14 +105,14 @@ std::vector<std::byte> ZipWriter::finish()
     put(m_bytes, 0x07064b50, 4);
     put(m_bytes, 0, 4);
     put(m_bytes, end64, 8);
-    put(m_bytes, 1, 4); // disks
+    put(m_bytes, 1, 4); // number of disks
     put(m_bytes, 0x06054b50, 4);
     putZeros(m_bytes, 2 + 2);
     put(m_bytes, m_entries.size(), 2);
     put(m_bytes, m_entries.size(), 2);
     put(m_bytes, directory_bytes, 4);
     put(m_bytes, directory, 4);
-    put(m_bytes, 0, 2); // comment
+    put(m_bytes, 0, 2); // length of the comment
     return std::move(m_bytes);
 }
 

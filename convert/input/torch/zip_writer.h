@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A zip archive laid out as PyTorch's own writer does it.
+// Writes zip archives, laid out as PyTorch's own writer does.
 #pragma once
 
 #include <cstddef>
@@ -10,13 +10,15 @@
 
 namespace gsc {
 
-// Stored members with data descriptors (sizes and CRC in the local headers are zero), payloads on 64-byte boundaries
-// through an extra field 'FB', all dates zero, ZIP64 end records beside the classic one. At most 2^32 - 1 bytes.
+// Members are stored without compression, with data descriptors (sizes and CRC in the local headers are zero), on
+// 64-byte boundaries made by an extra field FB, with zero dates, and with ZIP64 end records beside the classic one. The
+// archive can have at most 2^32 - 1 bytes.
 class ZipWriter {
 public:
     explicit ZipWriter(std::string folder) : m_folder(std::move(folder)) {}
 
-    void add(const std::string& member, std::span<const std::byte> content); // adds <folder>/<member>
+    // adds a member under the path <folder>/<member>
+    void add(const std::string& member, std::span<const std::byte> content);
     void add(const std::string& member, const std::string& content);
     [[nodiscard]] std::vector<std::byte> finish();
 

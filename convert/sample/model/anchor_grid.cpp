@@ -12,7 +12,7 @@ AnchorGrid scaffoldGrid(double spacing)
     const double power = std::pow(10.0, std::floor(std::log10(spacing)));
     const double mantissa = spacing / power;
     const int digit = mantissa >= 5 ? 5 : mantissa >= 2 ? 2 : 1;
-    // note: digit / 10^n is the double nearest to the decimal number, digit * 10^-n is not
+    // note: digit / 10^n is the double nearest to the decimal number; digit * 10^-n is not
     const double decimals = std::round(-std::log10(power));
     grid.voxel_decimal = decimals >= 0 ? digit / std::pow(10.0, decimals) : digit * std::pow(10.0, -decimals);
     grid.quantum[0] = float(grid.voxel_decimal);
@@ -63,7 +63,7 @@ size_t TakenCells::KeyHash::operator()(const Key& key) const
     return hashKey(uint64_t(cell.x) << 32 | cell.y, uint64_t(cell.z) << 8 | key.level);
 }
 
-// On a tile smaller than a cell the first is the only one.
+// Moves the cell into the tile. A tile smaller than a cell has only its first cell.
 GridCell TakenCells::inside(uint32_t level, GridCell cell) const
 {
     return glm::max(m_first[level], glm::min(m_last[level], cell));
@@ -72,7 +72,7 @@ GridCell TakenCells::inside(uint32_t level, GridCell cell) const
 GridCell TakenCells::take(uint32_t level, GridCell wanted)
 {
     const GridCell start = inside(level, wanted);
-    // shells of growing size round the cell, in a fixed order
+    // tries the cells at distance 0, 1, 2 and so on, always in the same order
     for (int32_t r = 0;; ++r)
         for (int32_t dz = -r; dz <= r; ++dz)
             for (int32_t dy = -r; dy <= r; ++dy)

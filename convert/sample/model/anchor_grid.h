@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The voxel grids a trainer leaves anchors on (format facts, 5.3), and the cells that are taken.
+// The voxel grids on which trainers place anchors, and the cells that are in use.
 #pragma once
 
 #include "convert/survey/vec3.h"
@@ -13,29 +13,31 @@ constexpr uint32_t kMaxSampleLevels = 8;
 
 struct AnchorGrid {
     uint32_t levels = 1;
-    float quantum[kMaxSampleLevels] = {}; // fl32(voxel_size / 2^level)
-    float origin = 0;                     // init_pos of Octree-GS, 0 for Scaffold-GS
-    double voxel_decimal = 0;             // Scaffold-GS: voxel_size as cfg_args prints it
-    int base_layer = 0;                   // Octree-GS
+    float quantum[kMaxSampleLevels] = {}; // edge of a voxel of each level: fl32(voxel_size / 2^level), world units
+    float origin = 0;                     // Octree-GS's init_pos; 0 for Scaffold-GS
+    double voxel_decimal = 0;             // Scaffold-GS: voxel_size as the decimal number in cfg_args
+    int base_layer = 0;                   // Octree-GS's base_layer: how often the box was halved for level 0
 };
 
 using GridCell = glm::ivec3;
 
-// Largest of 1, 2, 5 x 10^n that is not above `spacing`, for cfg_args.
+// Grid with the largest voxel size of the form 1, 2 or 5 x 10^n that is not above `spacing`: a short number in
+// cfg_args.
 AnchorGrid scaffoldGrid(double spacing);
-// Octree-GS's arithmetic: a box 1.1 times that of the points, halved base_layer times to at most `spacing` (that of
-// level 0).
+// Grid as Octree-GS computes it: a box 1.1 times as large as [low, high] is halved base_layer times, until the voxel of
+// level 0 is at most `spacing`.
 AnchorGrid octreeGrid(float low, float high, double spacing, uint32_t levels);
 
 GridCell cellOf(const AnchorGrid& grid, uint32_t level, dvec3 position);
-// Equal to the trainer's stored position, bit for bit.
+// Position of a cell, bit for bit as the trainer stores it.
 void cellPosition(const AnchorGrid& grid, uint32_t level, const GridCell& cell, float out[3]);
 
-// Cells taken on one tile. Tiles own half-open boxes in x and y, so no cell can be taken twice on two tiles.
+// Cells in use on one tile. A tile has the cells of a box in x and y that shares none with other tiles, so no cell can
+// be used on two tiles.
 class TakenCells {
 public:
     TakenCells(const AnchorGrid& grid, bool bounded, const double min[2], const double max[2]);
-    // The free cell nearest to `wanted`, which is then taken.
+    // Returns the free cell nearest to `wanted`, and marks it as used.
     GridCell take(uint32_t level, GridCell wanted);
 
 private:
@@ -50,7 +52,7 @@ private:
 
     [[nodiscard]] GridCell inside(uint32_t level, GridCell cell) const;
 
-    GridCell m_first[kMaxSampleLevels], m_last[kMaxSampleLevels]; // the tile's
+    GridCell m_first[kMaxSampleLevels], m_last[kMaxSampleLevels]; // first and last cell of the tile on each level
     std::unordered_set<Key, KeyHash> m_taken;
 };
 

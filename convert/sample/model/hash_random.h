@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random numbers that are a function of their key, so that any part of a scene can be made again by itself and the
-// bytes do not depend on the standard library.
+// Random numbers that depend only on their key. So any part of a scene can be made by itself, and the bytes do not
+// depend on the standard library.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace gsc {
 
-constexpr uint64_t mixBits(uint64_t x) // splitmix64's finaliser
+constexpr uint64_t mixBits(uint64_t x) // the last step of the generator splitmix64
 {
     x += 0x9e3779b97f4a7c15ull;
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
@@ -21,7 +21,7 @@ constexpr uint64_t hashKey(uint64_t a, uint64_t b = 0, uint64_t c = 0)
     return mixBits(mixBits(mixBits(a) ^ b) ^ c);
 }
 
-constexpr double hashUnit(uint64_t key) // [0, 1)
+constexpr double hashUnit(uint64_t key) // returns a number in [0, 1)
 {
     return double(mixBits(key) >> 11) * 0x1p-53;
 }
@@ -40,7 +40,7 @@ private:
     uint64_t m_key;
 };
 
-// Smooth noise in [0, 1] with one value per integer cell.
+// Smooth noise in [0, 1): one random value per cell of width 1, interpolated.
 inline double valueNoise(double x, double y, uint64_t seed)
 {
     const double fx = std::floor(x), fy = std::floor(y);

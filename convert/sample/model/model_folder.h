@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folder of a sample or a city. Other files in it, such as a .gsc, renderings or notes, belong to the user.
+// Files that a sample's folder has. Others in it, such as a .gsc, renderings or notes, belong to the user and are kept.
 #pragma once
 
 #include "format/file/new_folder.h"

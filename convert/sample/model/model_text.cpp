@@ -9,7 +9,7 @@ namespace gsc {
 
 namespace {
 
-// Shortest decimal that reads back as the same double, as Python prints it.
+// Shortest decimal number that reads back as the same double, as Python prints it.
 std::string number(double value)
 {
     if (value == 0)

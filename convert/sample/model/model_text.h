@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The text files beside a model: PLY header, cfg_args, cameras.json, trajectory.
+// Writes the text files of a model: PLY header, cfg_args, cameras.json, trajectories.
 #pragma once
 
 #include <gsc/source_camera.h>
@@ -12,27 +12,27 @@ namespace gsc {
 
 std::string plyHeader(uint64_t anchors, bool octree, uint32_t feat_dim, uint32_t n_offsets);
 
-// Values that differ between sample models; all others are those of training with the shipped scripts.
+// Training arguments that differ between sample models; all others are those of the trainers' own scripts.
 struct TrainingArguments {
-    std::string scene; // last part of source_path and model_path
+    std::string scene; // name that source_path and model_path in cfg_args end with
     bool everything_on = false;
     uint32_t appearance_dim = 0;
-    double voxel_size = 0; // Scaffold-GS
-    int base_layer = 0;    // Octree-GS
+    double voxel_size = 0; // Scaffold-GS: edge of a voxel in world units
+    int base_layer = 0;    // Octree-GS: see AnchorGrid::base_layer
 };
 
 std::string scaffoldArguments(const TrainingArguments& arguments);
 std::string octreeArguments(const TrainingArguments& arguments);
 
-// Upstream's order and keys; the ids are the indices.
+// cameras.json with the keys and their order as the trainers write it; a camera's id is its index.
 std::string camerasJson(const std::vector<SourceCamera>& cameras);
 
-// A trajectory of schemas/trajectory.schema.json. Fields that are zero, empty or -1 are left out.
+// A trajectory, see schemas/trajectory.schema.json. Fields that are 0, empty or -1 are not written.
 struct CameraPath {
-    std::string name;        // name of the model and of its file
-    double fps = 0, ipd = 0; // ipd in world units
+    std::string name;        // name of the trajectory and of its file
+    double fps = 0, ipd = 0; // frames per second; distance of the eyes in world units
     std::string description;
-    double metre = 0; // world units
+    double metre = 0; // world units to a metre of the viewer's body
     std::vector<SourceCamera> frames;
 };
 std::string trajectoryJson(const CameraPath& path);

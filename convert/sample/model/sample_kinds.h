@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kinds of samples.
+// The kinds of scenes and models that `gsc sample` makes.
 #pragma once
 
 namespace gsc {

@@ -9,7 +9,8 @@ namespace {
 
 constexpr uint32_t F = kSampleFeatures, K = kSampleOffsets;
 
-// First-layer columns: F features, 3 direction, [distance], [level], [appearance].
+// Columns of an MLP's first layer: F features, 3 for the direction, then distance, level and appearance if they are
+// inputs.
 struct Columns {
     uint32_t direction, distance, level, appearance, count;
 };
@@ -42,7 +43,8 @@ float& weight(Mlp& mlp, int layer, uint32_t out, uint32_t in)
     return mlp.layers[layer].weight[size_t(out) * mlp.layers[layer].in + in];
 }
 
-// A hidden unit that lets a feature in [-limit, limit] through: relu(x + limit), and -limit at the output.
+// Makes a hidden unit relu(x + limit), which passes on a feature x in [-limit, limit]; connect() subtracts the limit
+// again.
 void passThrough(Mlp& mlp, uint32_t unit, uint32_t feature, float limit)
 {
     weight(mlp, 0, unit, feature) = 1;
@@ -55,13 +57,14 @@ void connect(Mlp& mlp, uint32_t out, uint32_t unit, float factor, float limit)
     mlp.layers[1].bias[out] -= factor * limit;
 }
 
-// +-1 that differs from Gaussian to Gaussian and from use to use.
+// A number in [-1, 1) that differs from Gaussian to Gaussian and from use to use.
 float spread(uint32_t k, uint32_t use)
 {
     return float(2 * hashUnit(hashKey(k, use, 0x5eed)) - 1);
 }
 
-// Six hidden units, each of which sees one side of an anchor, the more the more ragged it is.
+// Makes six hidden units, each for one side from which an anchor is seen; the more ragged the anchor, the larger their
+// values.
 void watchSides(Mlp& mlp, uint32_t first, uint32_t direction, float factor)
 {
     for (uint32_t side = 0; side < 6; ++side) {
@@ -71,7 +74,7 @@ void watchSides(Mlp& mlp, uint32_t first, uint32_t direction, float factor)
     }
 }
 
-// Sets a hidden unit's weights of distance and level, where the model takes them.
+// Sets the weights of a hidden unit for distance and level, as far as the model has these inputs.
 void watchDistance(Mlp& mlp, uint32_t unit, const Columns& in, const SampleInputs& inputs, float distance, float level)
 {
     if (inputs.distance)
@@ -84,10 +87,10 @@ Mlp opacityMlp(const SampleInputs& inputs)
 {
     const Columns in = columnsOf(inputs, false);
     Mlp mlp = makeMlp(MlpKind::Opacity, Activation::Tanh, inputs, in.count, F, K);
-    constexpr float kDead = -1.2f, kAliveStep = 3.1f; // tanh of these: -0.83 and 0.96
+    constexpr float kDead = -1.2f, kAliveStep = 3.1f; // with tanh these become the opacities -0.83 and 0.96
     constexpr uint32_t kBias = 2 * K, kSides = 2 * K + 1;
     for (uint32_t k = 0; k < K; ++k) {
-        // a step of height one where the alive share passes k / K
+        // two units that differ by a step of height one where kFeatureAlive exceeds k / K
         weight(mlp, 0, 2 * k, kFeatureAlive) = 4 * float(K);
         mlp.layers[0].bias[2 * k] = -4 * (float(k) + 0.25f);
         weight(mlp, 0, 2 * k + 1, kFeatureAlive) = 4 * float(K);
@@ -99,7 +102,7 @@ Mlp opacityMlp(const SampleInputs& inputs)
     passThrough(mlp, kBias, kFeatureOpacity, 1);
     for (uint32_t k = 0; k < K; ++k)
         connect(mlp, k, kBias, 1, 1);
-    // leaves that show from one side and not from another
+    // makes leaves visible from one side and not from another
     watchSides(mlp, kSides, in.direction, 1.5f);
     for (uint32_t side = 0; side < 6; ++side)
         for (uint32_t k = 0; k < K; ++k)
@@ -151,7 +154,8 @@ Mlp colorMlp(const SampleInputs& inputs, const float water_glint[3])
         passThrough(mlp, kLight + k, kFeatureLight + k, kLightLimit);
         passThrough(mlp, kHue + k, kFeatureHue + k, kHueLimit);
     }
-    // a mirror facing +x shows most sky where the line of sight runs along it: 1 - |cos| grows with u_x from -1 to 0
+    // glass that faces +x mirrors most sky at a grazing view: 1 - |cos| grows as the view direction's x goes from -1 to
+    // 0
     constexpr float kGate = 1.8f;
     for (uint32_t i = 0; i < 5; ++i) {
         const uint32_t axis = i / 2;
@@ -160,13 +164,13 @@ Mlp colorMlp(const SampleInputs& inputs, const float water_glint[3])
         weight(mlp, 0, kSheen + i, kFeatureGloss + axis) = sign * kGate;
         mlp.layers[0].bias[kSheen + i] = -1;
     }
-    // the sun on water
+    // the sun's reflection on water
     for (uint32_t axis = 0; axis < 3; ++axis)
         weight(mlp, 0, kGlint, in.direction + axis) = 7 * water_glint[axis];
     weight(mlp, 0, kGlint, kFeatureGloss + 2) = 7;
     mlp.layers[0].bias[kGlint] = -13.2f;
     watchDistance(mlp, kHaze, in, inputs, 1, 0.01f);
-    // the first two columns of the embedding: exposure and warmth
+    // the first two columns of the appearance embedding set exposure and warmth
     for (uint32_t c = 0; inputs.appearance && c < 3; ++c) {
         weight(mlp, 0, c, in.appearance) = 0.8f;
         weight(mlp, 0, c, in.appearance + 1) = -0.6f * kHueAxis[c];
@@ -188,7 +192,8 @@ Mlp colorMlp(const SampleInputs& inputs, const float water_glint[3])
     return mlp;
 }
 
-// Keeps nearly all of the features as they are and mixes in a little of the coarser sets, more at a slant.
+// Weighs the three resolutions of the feature bank: nearly all from the full one, a little from the coarser ones, more
+// where the view is oblique.
 Mlp bankMlp(const SampleInputs& inputs)
 {
     const uint32_t in = 3 + (inputs.bank_distance || inputs.bank_level ? 1 : 0);
@@ -226,7 +231,7 @@ std::vector<float> sampleEmbedding(uint32_t rows, uint64_t seed)
         float* e = &values[size_t(row) * kSampleAppearance];
         for (uint32_t i = 0; i < kSampleAppearance; ++i)
             e[i] = float(random.between(-0.3, 0.3));
-        const double hour = rows > 1 ? double(row) / (rows - 1) : 0.5; // morning to evening
+        const double hour = rows > 1 ? double(row) / (rows - 1) : 0.5; // 0.5 = noon; rows go from morning to evening
         e[0] += float(0.3 - 1.2 * (hour - 0.5) * (hour - 0.5));
         e[1] += float(1.6 * (hour - 0.5) * (hour - 0.5));
     }

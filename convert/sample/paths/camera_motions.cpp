@@ -11,8 +11,8 @@ namespace gsc {
 
 namespace {
 
-constexpr double kWalkRamp = 1, kHeadRamp = 0.3;       // seconds in which a viewer is up to speed
-constexpr double kStrollTurns = 75, kQuickTurns = 120; // degrees per second
+constexpr double kWalkRamp = 1, kHeadRamp = 0.3;       // seconds until a walk or a turn of the head has its full speed
+constexpr double kStrollTurns = 75, kQuickTurns = 120; // degrees per second of a turning head
 constexpr double kLookSeconds = 12;
 
 constexpr Glance kStrollGlances[] = {{0, 5, 0.5},  {45, -5, 1.2}, {0, 10, 1.8},  {-70, -8, 1}, {-20, 0, 0.8},
@@ -20,7 +20,7 @@ constexpr Glance kStrollGlances[] = {{0, 5, 0.5},  {45, -5, 1.2}, {0, 10, 1.8}, 
 constexpr Glance kLookGlances[] = {{40, 0, 0.4},  {-50, 10, 0.5},  {90, -10, 0.4}, {20, 25, 0.6},
                                    {-90, 0, 0.4}, {-20, -20, 0.5}, {60, 0, 0.4},   {0, 0, 0}};
 
-// `t` seconds after the first of them began.
+// Angles of the head at `t` seconds after the first glance began. `speed`: degrees per second.
 Glance glanceAt(std::span<const Glance> glances, double speed, double t)
 {
     Glance from{};
@@ -66,7 +66,7 @@ Eased::Eased(double way, double speed, double ramp) : m_way(way), m_ramp(ramp), 
 
 double Eased::share(double t) const
 {
-    // its acceleration is half a wave of a sine, so that nothing starts with a jerk
+    // way covered in `s` seconds of speeding up: the acceleration is half a sine wave, so that nothing jerks
     const auto ramp = [this](double s) { return 0.5 * s - m_ramp / (2 * kPi) * std::sin(kPi * s / m_ramp); };
     const double left = seconds() - t;
     if (t <= 0 || left <= 0)
@@ -128,7 +128,7 @@ void shake(PathMaker& path, int frames, dvec3 target, dvec3 forward, double dist
     const PathSite& site = path.site();
     const dvec3 axes[3] = {site.axis[0], site.axis[1], site.up};
     for (int i = 0; i < frames; ++i) {
-        // the three rates share no period
+        // 1 mm at the first frame, 20 mm at the last; the axes shake at rates without a common period
         const double reach = 0.001 * std::pow(20.0, i / double(frames - 1)) * site.metre;
         dvec3 eye = target - forward * distance;
         for (int axis = 0; axis < 3; ++axis)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The motions camera paths are made of, each once. A motion adds frames to a path; angles are in degrees, lengths in
-// world units, headings run from axis 0 of the site towards its axis 1, `down` is below the horizon.
+// The motions that camera paths are made of. Each function adds frames to a path. Angles are in degrees and lengths in
+// world units; a heading of 0 points along axis 0 of the site, 90 along axis 1; `down` is the angle below the horizon.
 #pragma once
 
 #include "convert/sample/model/model_text.h"
@@ -13,51 +13,52 @@
 
 namespace gsc {
 
-constexpr double kArmLength = 0.7;  // metres
-constexpr double kWalkSpeed = 1.4;  // metres per second
-constexpr double kHeadsetRate = 72; // frames per second
+constexpr double kArmLength = 0.7;  // metres from the eye to what a hand holds
+constexpr double kWalkSpeed = 1.4;  // metres per second of a walk
+constexpr double kHeadsetRate = 72; // frames per second of most paths
 constexpr double kLiveRate = 90;    // frames per second of the paths that move as people do
 
 struct PathLens {
-    uint32_t width = 2048, height = 2048; // pixels
-    double fov_x = 0.5 * kPi;             // radians
+    uint32_t width = 2048, height = 2048; // size of the picture in pixels
+    double fov_x = 0.5 * kPi;             // horizontal angle of view in radians
 };
 
-// Unit vector; the two angles in radians.
+// Unit vector in the direction of a heading and a downward angle, both in radians.
 dvec3 radialDirection(const PathSite& site, double heading, double down);
 
 struct Place {
-    dvec3 position{}, forward{}; // forward is a unit vector
+    dvec3 position{}, forward{}; // in world units; `forward` is a unit vector
 };
 
-// A straight walk, gaze turning evenly from the first to the last.
+// A straight walk; the view turns evenly from that of `first` to that of `last`.
 struct Walk {
     Place first, last;
 };
 
-// A unit vector between the two, at an even rate. Opposite ones turn about `up`.
+// Unit vector at share `t`, 0 to 1, of an even turn from `from` to `to`. Opposite vectors turn about `up`.
 dvec3 turned(dvec3 from, dvec3 to, dvec3 up, double t);
 Place along(const Walk& walk, dvec3 up, double t);
 
-// Something that moves from rest to rest by `way` above 0, speeding up and slowing down for `ramp` seconds each. Its
-// speed is `speed` in between, and less where the way is too short for that.
+// A motion over the distance `way` > 0 that begins and ends at rest. It takes `ramp` seconds to reach `speed` and as
+// many to stop; on a short way it stays slower.
 class Eased {
 public:
     Eased(double way, double speed, double ramp);
     [[nodiscard]] double seconds() const { return m_way / m_speed + m_ramp; }
-    // Share of the way, 0..1, at any time in seconds.
+    // Share of the way, 0 to 1, that is covered after `t` seconds; `t` may lie before or after the motion.
     [[nodiscard]] double share(double t) const;
 
 private:
     double m_way, m_ramp, m_speed;
 };
 
-// A head that turns so far from straight ahead, in degrees, and stays there; the first one's turn begins straight ahead.
+// A turn of the head to `heading` and `down`, in degrees from straight ahead, and the seconds that it stays there.
+// Before the first glance the head looks straight ahead.
 struct Glance {
     double heading, down, seconds;
 };
 
-// Adds frames to a path. Precondition: the site outlives it.
+// Adds frames to a path. Precondition: `site` outlives this.
 class PathMaker {
 public:
     PathMaker(const PathSite& site, const char* name, double fps, const PathLens& lens = {});
@@ -78,22 +79,23 @@ private:
     CameraPath m_path;
 };
 
-// Round `target`, `step` degrees a frame, at a constant distance.
+// Circles round `target` at a constant distance, `step` degrees from frame to frame.
 void circle(PathMaker& path, int frames, dvec3 target, double distance, double heading, double step, double down);
-// Still, then `turning` frames of `step` degrees each, then still.
+// Stands still for `still_before` frames, turns by `step` degrees in each of `turning` frames, stands still again.
 void turnHead(PathMaker& path, dvec3 eye, double heading, double step, int still_before, int turning, int still_after);
 void stand(PathMaker& path, int frames, dvec3 position, dvec3 forward);
-// Away from `target`, from distance `first` to `last`, the same factor each frame.
+// Moves away from `target`, from distance `first` to `last`, by the same factor each frame.
 void recede(PathMaker& path, int frames, dvec3 target, dvec3 forward, double first, double last);
-// `share` of `distance` to either side of it, `period` frames to a swing, no frame on the distance itself.
+// Swings towards `target` and back by `share` of `distance`, with `period` frames to a swing. No frame lies at
+// `distance` itself.
 void swing(PathMaker& path, int frames, dvec3 target, dvec3 forward, double distance, double share, double period);
-// Eyes at `distance` before `target` that shake by 1 mm at first and 2 cm in the end. Radians per frame of the three
-// axes: rate, rate + spread, rate + 2 spread.
+// Looks at `target` from `distance` while the eyes shake, by 1 mm at first and 20 mm at the end. `rate`: radians per
+// frame on the first axis; each further axis has `spread` more.
 void shake(PathMaker& path, int frames, dvec3 target, dvec3 forward, double distance, double rate, double spread);
-// A walk at kWalkSpeed from rest to rest, while the head turns to either side at 75 degrees per second.
+// Walks at kWalkSpeed from rest to rest, while the head turns to either side at 75 degrees per second.
 void stroll(PathMaker& path, const Walk& walk);
-constexpr double kStrollWay = 26.6; // metres: 20 seconds
-// 12 seconds of a standing viewer who looks up to 90 degrees to either side, at up to 120 degrees per second.
+constexpr double kStrollWay = 26.6; // metres, a walk of 20 seconds
+// Stands for 12 seconds and looks up to 90 degrees to either side, at up to 120 degrees per second.
 void lookAround(PathMaker& path, dvec3 eye, double heading);
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads a model, makes its paths and writes them: all or none.
+// Reads a model, makes its camera paths and writes either all of them or none.
 #include "convert/sample/paths/make_paths.h"
 
 #include "convert/sample/paths/site_paths.h"
@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The metre that --ipd or the file states; units 0 = neither states one.
+// The metre that --ipd or the manifest states; its units are 0 if neither does.
 Metre metreOf(const GscView& view, const PathsOptions& options)
 {
     if (options.ipd.value > 0 && options.ipd.unit == LengthUnit::World)
@@ -46,7 +46,8 @@ PathsReport makePaths(const PathsOptions& options)
         }
     for (const std::string& name : options.only.empty() ? modelPathNames() : options.only)
         checkOutput(fileOf(options, name), OutputKind::Binary, options.overwrite, OutputFolder::IsMade);
-    checkOutputFolder(options.output, true); // other files in it stay
+    // other files in the folder are kept
+    checkOutputFolder(options.output, true);
 
     const IssueSink sink = throwFirstIssue(options.input);
     const GscFile file(options.input, sink);

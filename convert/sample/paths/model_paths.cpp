@@ -13,14 +13,15 @@ namespace gsc {
 
 namespace {
 
-constexpr double kSeconds = 4;       // length of most paths
-constexpr double kWalkSeconds = 3;   // 4.2 m
-constexpr double kOrbitSpeed = 25;   // degrees per second
-constexpr double kAscentSpeed = 4;   // metres per second
-constexpr double kAerialSpeed = 10;  // metres per second
-constexpr double kSwingReach = 0.3;  // metres to either side: leaning forward and back once a second
-constexpr double kShakeRate = 3;     // Hz of the slowest axis
-constexpr double kZoomPerSecond = 2; // times as far
+constexpr double kSeconds = 4;      // length of most paths
+constexpr double kWalkSeconds = 3;  // seconds, for 4.2 m
+constexpr double kOrbitSpeed = 25;  // degrees per second of path orbit
+constexpr double kAscentSpeed = 4;  // most metres per second of path ascent
+constexpr double kAerialSpeed = 10; // metres per second of path aerial
+// metres of leaning forward and back, once a second
+constexpr double kSwingReach = 0.3;
+constexpr double kShakeRate = 3;     // Hz of the slowest of the three axes
+constexpr double kZoomPerSecond = 2; // factor by which the distance grows per second
 
 struct PathOrder {
     const ModelSurvey& survey;
@@ -67,7 +68,7 @@ std::string ascent(const PathOrder& order, PathMaker& path)
     const bool ground = order.survey.fromAbove();
     const dvec3 start = from.first.position;
     const double above = order.survey.top - dot(start, site.up);
-    // rooms end at their ceiling
+    // in a room the ascent ends below the ceiling
     const double rise = ground ? site.view_height : std::clamp(0.8 * above, 0.5 * order.metre(), 20 * order.metre());
     const double speed = std::min(kAscentSpeed * order.metre(), rise / 2);
     const int frames = order.frames(std::min(5.0, rise / speed));
@@ -150,7 +151,7 @@ std::string levelSwing(const PathOrder& order, PathMaker& path)
     return formatString("four swings of %.2g m about %s", share * distance / order.metre(), about);
 }
 
-// Flies along the diagonal, within its middle half; `speed` in metres per second.
+// Flies along the diagonal of the ground, within its middle half. `speed`: metres per second.
 std::string fly(const PathOrder& order, PathMaker& path, double speed, double most_seconds)
 {
     const FlightPace pace = flightPace(order.survey.site, speed, most_seconds, order.fps);
@@ -186,9 +187,11 @@ std::string lookAround(const PathOrder& order, PathMaker& path)
 
 struct NamedPath {
     const char* name;
-    std::string (*make)(const PathOrder&, PathMaker&); // adds the frames and their description
-    double fps = kHeadsetRate;                         // rate if none is asked for
-    bool flies = false;                                // made only if cameras were in the air, or if there are none
+    // adds the frames, and returns their description
+    std::string (*make)(const PathOrder&, PathMaker&);
+    double fps = kHeadsetRate; // frames per second if none are asked for
+    // made only if the model was photographed from the air, or has no cameras
+    bool flies = false;
 };
 
 constexpr NamedPath kPaths[] = {{"walk", walk},
@@ -220,7 +223,8 @@ int appearanceNear(const ModelSurvey& survey, dvec3 position)
     return row;
 }
 
-// The row of the camera nearest to the path's middle: one for all frames, because a change of row is a change of light.
+// Sets the appearance row of each frame. It is the row of the camera nearest to the middle of the path, one for all
+// frames, because another row is another light; with `each_place`, that of the camera nearest to the frame.
 void addAppearance(const ModelSurvey& survey, bool each_place, CameraPath& path)
 {
     const int middle = appearanceNear(survey, eyeOf(path.frames[path.frames.size() / 2]));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera paths through any model, at the pace of a viewer of human size.
+// Makes camera paths through any model, at the pace of a viewer of human size.
 #pragma once
 
 #include "convert/sample/paths/camera_motions.h"
@@ -12,17 +12,18 @@ namespace gsc {
 
 struct ModelPath {
     CameraPath path;
-    double least_share = 0; // share of the well-seen anchors in the frame that shows fewest
-    double top_speed = 0;   // metres per second between two frames, teleports left out
+    // share, 0 to 1, of the well-seen anchors that are in view, in the frame where it is smallest
+    double least_share = 0;
+    double top_speed = 0; // largest speed between two frames in metres per second, without jumps of a teleport
 };
 
-// Names of the paths, in the order they are made.
+// Names of all paths, in the order in which they are made.
 const std::vector<std::string>& modelPathNames();
 
-// walk, ascent, zoom_out, orbit, head_turn, jitter, teleport, walk_through, level_swing, wide_eyes, stroll, look_around,
-// and aerial and flight unless the cameras stand on the ground. `fps` 0: kLiveRate for flight, stroll and look_around,
-// kHeadsetRate for the others. `only` names those wanted, empty = all. Throws Error (Usage: one was asked for that this
-// model has not; Interrupted).
+// Makes the paths walk, ascent, zoom_out, orbit, head_turn, jitter, teleport, walk_through, level_swing, wide_eyes,
+// stroll, look_around, and aerial and flight unless the cameras stand on the ground. `fps`: frames per second; 0 =
+// kLiveRate for flight, stroll and look_around, kHeadsetRate for the others. `only`: names of the wanted paths; empty =
+// all. Throws Error: Usage if this model cannot have a wanted path; Interrupted.
 std::vector<ModelPath> modelPaths(const ModelSurvey& survey, const PathLens& lens, double fps,
                                   const std::vector<std::string>& only);
 

@@ -11,28 +11,29 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kScorePoints = 12'000; // most seen anchors that count in scores, so that a search takes a second
+// most anchors that are counted to rate a place, so that a search takes about a second
+constexpr size_t kScorePoints = 12'000;
 constexpr size_t kFamiliarPoints = 400;
 constexpr size_t kMostPlaces = 48;
-constexpr size_t kSurfaceAnchors =
-    3; // this many, and this share of the anchors about a line of sight, may float before
-constexpr double kSurfaceShare = 0.05; // the surface
-constexpr double kSurfaceCone = 1.005; // 1 / cos^2 of 4 degrees
-constexpr double kSteepest = 75;       // degrees from the horizon: straight down there is no upright
+// Number, and share, of the anchors round a line of sight that may float in front of the surface.
+constexpr size_t kSurfaceAnchors = 3;
+constexpr double kSurfaceShare = 0.05;
+constexpr double kSurfaceCone = 1.005; // 1 / cos^2 of the 4 degrees round a line of sight
+constexpr double kSteepest = 75;       // degrees from the horizon; looking straight down, no direction is upright
 constexpr double kSteepestWalking = 35;
-constexpr int kGridSide = 8; // places tried along each side of the ground
+constexpr int kGridSide = 8; // number of places that are tried along each side of the ground
 
-// A unit vector with the same heading, at most `steepest` degrees from the horizon.
+// Unit vector with the heading of `forward`, at most `steepest` degrees above or below the horizon.
 dvec3 pitched(dvec3 forward, dvec3 up, double steepest)
 {
     const double height = std::clamp(dot(forward, up), -std::sin(degrees(steepest)), std::sin(degrees(steepest)));
     dvec3 flat = forward - up * dot(forward, up);
-    if (length(flat) < 1e-9) // any fixed heading will do
+    if (length(flat) < 1e-9) // straight up or down has no heading, so any will do
         flat = std::abs(up.x) < 0.9 ? cross(up, dvec3{1, 0, 0}) : cross(up, dvec3{0, 1, 0});
     return normalized(flat) * std::sqrt(1 - height * height) + up * height;
 }
 
-// The best of them by `worth`, the first of equals. Precondition: there is one.
+// The candidate for which `worth` is largest, the first of equals. Precondition: there is a candidate.
 template <typename T, typename Worth>
 T best(const std::vector<T>& candidates, const Worth& worth)
 {
@@ -90,14 +91,15 @@ void PathPlaces::findTarget()
                 const dvec3 d = p - eyeOf(m_survey.cameras[i]), forward = axisOf(m_survey.cameras[i], 2);
                 const double depth = dot(d, forward) / m_survey.distances[i];
                 const double aside = length(cross(normalized(d), forward));
-                // in the middle, at the distance of the photographed surface: farther anchors may be hidden
+                // counts points near the middle of the picture at the distance of the photographed surface; points
+                // farther away may be hidden
                 if (depth > 0)
                     sum += std::exp(-8 * aside * aside - 4 * (depth - 1) * (depth - 1));
             }
             return sum;
         });
     }
-    // the middle of the anchors about it: a stray one is not looked at
+    // moves the target to the median of the anchors round it, because a single stray anchor should not be looked at
     for (double radius = 0.15 * m_survey.viewing_distance; radius < 1e3 * m_survey.viewing_distance; radius *= 2) {
         std::vector<dvec3> near;
         for (const dvec3& p : m_survey.seen)
@@ -126,7 +128,7 @@ std::vector<Walk> PathPlaces::walksOnGround(double metres) const
                 for (int i = 0; i <= steps; ++i)
                     ground = std::max(ground, groundNear(first + way * (i / double(steps))));
                 first = first + site.up * (ground + kEyeHeight * site.metre);
-                // photographed from above: such a model knows the horizon least
+                // looks 25 degrees down, because a model photographed from above is worst towards the horizon
                 const dvec3 forward = radialDirection(site, degrees(heading), degrees(25));
                 const bool roof = ground > site.ground + kHighestShare * site.view_height;
                 (roof ? high : found).push_back({{first, forward}, {first + way, forward}});
@@ -155,7 +157,7 @@ std::vector<Walk> PathPlaces::walks(double metres) const
         const double way = length(walk.last.position - walk.first.position);
         walk.last = along(walk, up, std::min(1.0, wanted / way));
     }
-    if (found.empty()) // all cameras in one place, or all look elsewhere: step aside from one
+    if (found.empty()) // all cameras stand in one place, or look in different directions: step sideways from each
         for (const Place& a : m_standing)
             found.push_back(
                 {a, {a.position + cross(level(a.forward), up) * std::min(wanted, m_survey.site.metre), a.forward}});
@@ -165,7 +167,7 @@ std::vector<Walk> PathPlaces::walks(double metres) const
 Walk PathPlaces::walk(double metres) const
 {
     return best(walks(metres), [this](const Walk& w) {
-        // people look where they go, more often than not
+        // prefers walks in the direction of view, as most people walk
         const double ahead = dot(level(w.last.position - w.first.position), level(w.first.forward));
         return worthOf(w) * (1.5 + ahead);
     });
@@ -179,7 +181,7 @@ Walk PathPlaces::walkThrough(double metres) const
         found = walksOnGround(metres);
     for (const Place& place : m_standing) {
         const dvec3 forward = level(m_target - place.position);
-        // from below or above the camera at most: a wall may be behind it
+        // the walk starts at the camera at the earliest, because a wall may be behind it
         const double before = dot(m_target - place.position, forward);
         for (const double beyond : {0.4, 0.2, 0.05})
             if (const dvec3 last = m_target + forward * (beyond * way); m_survey.kind != CaptureKind::Aerial)
@@ -189,7 +191,7 @@ Walk PathPlaces::walkThrough(double metres) const
         size_t hit = 0;
         for (int i = 0; i <= 12; ++i)
             hit += crowd(lerp(w.first.position, w.last.position, i / 12.0), 0.3 * m_survey.site.metre);
-        // it may end before a wall, not beyond all there is
+        // the walk may end before a wall, but something must be in view
         return std::log2(2 + double(hit)) * std::min({worth(w.first), worth(w.last) + 0.05 * share(w.last), 0.2});
     });
 }
@@ -248,7 +250,8 @@ Arc PathPlaces::arc(double width) const
     };
     for (const double nearer : {1.0, 0.75, 0.5, 0.35})
         round(m_target, distance * nearer, 15);
-    if (m_survey.kind == CaptureKind::Around) // the free space may be narrow: also try the space in front of a camera
+    // space may be narrow: also circle round what a camera sees close in front of it
+    if (m_survey.kind == CaptureKind::Around)
         for (const Place& place : everyNth(m_standing, 16))
             for (const double metres : {2.0, 3.5})
                 if (const double away = metres * site.metre; away < distance)
@@ -296,7 +299,7 @@ Place PathPlaces::closeUp(double& distance) const
     distance = std::max(kArmLength * m_survey.site.metre, 1.5 * m_survey.near_z);
     std::vector<Place> candidates;
     std::vector<double> depths;
-    // the middle of a photograph shows a surface, and the way there is free
+    // the middle of a photograph shows a surface, and nothing stands before it
     for (const Place& place : m_standing) {
         depths.clear();
         for (const dvec3& p : m_survey.seen) {
@@ -316,7 +319,7 @@ Place PathPlaces::closeUp(double& distance) const
             candidates.push_back({m_target - forward * distance, forward});
         }
     return best(candidates, [&](const Place& place) {
-        // much to see at that distance
+        // prefers places where many anchors lie at that distance
         const size_t near = crowd(place.position + place.forward * distance, distance);
         return std::min(share(place), 0.2) * std::log2(2 + double(near)) /
                (1 + double(crowd(place.position, 0.5 * distance)));
@@ -327,7 +330,7 @@ std::vector<Place> PathPlaces::apart(size_t count) const
 {
     std::vector<Place> from = m_standing;
     if (m_survey.fromAbove()) {
-        // half of them on the ground
+        // adds the best quarter of the places on the ground
         std::vector<Walk> ground = walksOnGround(1);
         std::vector<std::pair<double, size_t>> order;
         for (size_t i = 0; i < ground.size(); ++i)

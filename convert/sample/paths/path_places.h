@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Places in a surveyed model that a path can lead to: in free space, with much in sight. Occlusion is not known; space
-// is free where photographs were taken, and elsewhere if no anchors are near.
+// Finds places in a surveyed model for a path: in free space, with much in view. Whether anchors hide others is not
+// known; space counts as free where photographs were taken, and elsewhere if no anchors are near.
 #pragma once
 
 #include "convert/sample/paths/camera_motions.h"
@@ -11,55 +11,57 @@
 
 namespace gsc {
 
-// An arc round a target.
+// An arc round a target, at a constant distance from it.
 struct Arc {
     dvec3 target{};
-    double distance = 0, heading = 0, down = 0; // degrees; the heading is that of the arc's middle
+    // distance in world units; heading of the middle of the arc and downward angle, in degrees
+    double distance = 0, heading = 0, down = 0;
 };
 
 // Place and heading at which a turn of the head begins.
 struct Turn {
     dvec3 eye{};
-    double heading = 0; // degrees
+    double heading = 0; // heading in degrees
 };
 
 class PathPlaces {
 public:
-    // Precondition: the survey outlives it.
+    // Precondition: `survey` outlives this.
     PathPlaces(const ModelSurvey& survey, const PathLens& lens);
 
-    // Share of the well-seen anchors in the image of `place`, 0..1; nearer ones than the near plane do not count.
+    // Share, 0 to 1, of the well-seen anchors that are in view at `place`, without those before the near plane.
     [[nodiscard]] double share(const Place& place) const;
-    // share(), higher where photographs show the anchors from that side, lower the more anchors crowd round the eye and
-    // close before it.
+    // share(), raised if photographs show those anchors from that side, lowered by anchors round the eye and close in
+    // front of it.
     [[nodiscard]] double worth(const Place& place) const;
 
-    // About `metres` long, among the cameras; of an aerial model above the ground at eye height.
+    // Best walk of about `metres`: between places of cameras, or, in a model photographed from above, on the ground at
+    // eye height.
     [[nodiscard]] Walk walk(double metres) const;
-    // A walk like walk(), through as many anchors as a way of that length can meet.
+    // Walk of at most `metres` that passes through as many anchors as possible.
     [[nodiscard]] Walk walkThrough(double metres) const;
-    // `width` degrees wide, as the cameras see the target.
+    // Best arc of `width` degrees round the target, at about the distance and angle of the cameras that see it.
     [[nodiscard]] Arc arc(double width) const;
-    // Start of a turn by 180 degrees with most anchors in sight.
+    // Start of the turn by 180 degrees that has most anchors in view.
     [[nodiscard]] Turn turn() const;
-    // At arm's length before a surface that a camera looked at, or as near as the near plane allows: `distance` before
-    // it, world units.
+    // Place at arm's length before a surface that a camera looked at, or, if that is nearer than the near plane allows,
+    // at the least distance. Sets `distance`, in world units.
     [[nodiscard]] Place closeUp(double& distance) const;
-    // Place with most anchors in sight at one of the `distances`, to within `reach`. `chosen`: that distance, 0 if
-    // there is none.
+    // Place with most anchors at one of `distances` from it, to within `reach`, all in world units. `chosen`: that
+    // distance, 0 if no place has any.
     [[nodiscard]] Place amidLevels(const std::vector<double>& distances, double reach, double& chosen) const;
-    // The survey's site, moved aside if need be, so that there is nothing from one share of its diagonal to another at
-    // `height` above its ground.
+    // The survey's site, moved sideways if needed, so that no anchor is near the line between the shares `from` and
+    // `to` of its diagonal, `height` above the ground. Sets `height`.
     [[nodiscard]] PathSite flightSite(double from, double to, double& height) const;
-    // Far apart from each other.
+    // Returns `count` places far apart from each other.
     [[nodiscard]] std::vector<Place> apart(size_t count) const;
 
 private:
     struct Sight {
         double share = 0;
-        size_t close = 0; // anchors close before the eye
+        size_t close = 0; // number of anchors close in front of the eye
     };
-    // A well-seen anchor and the directions it was seen in.
+    // A well-seen anchor, and the directions in which cameras saw it.
     struct Seen {
         dvec3 position{};
         std::vector<dvec3> rays;
@@ -69,19 +71,20 @@ private:
     [[nodiscard]] double worthOf(const Walk& walk) const;
     [[nodiscard]] std::vector<Walk> walks(double metres) const;
     [[nodiscard]] std::vector<Walk> walksOnGround(double metres) const;
-    // 0..1: behind a wall, or looking where no camera looked, it is low.
+    // How well photographs show the anchors in view from this side, 0 to 1: low behind a wall or where no camera
+    // looked.
     [[nodiscard]] double familiarity(const Place& place) const;
     [[nodiscard]] double freedom(dvec3 eye) const;
     [[nodiscard]] double groundNear(dvec3 position) const;
     void findTarget();
-    [[nodiscard]] dvec3 level(dvec3 direction) const; // horizontal part of a direction, as a unit vector
+    [[nodiscard]] dvec3 level(dvec3 direction) const; // direction without its vertical part, as a unit vector
 
     const ModelSurvey& m_survey;
     PathLens m_lens;
-    std::vector<dvec3> m_sample;   // seen anchors that scores count
-    std::vector<Place> m_standing; // the cameras, every n-th of many
+    std::vector<dvec3> m_sample;   // a sample of the well-seen anchors
+    std::vector<Place> m_standing; // a sample of the cameras
     std::vector<Seen> m_familiar;
-    dvec3 m_target{}; // point in the middle of most photographs
+    dvec3 m_target{}; // the point that is in the middle of most photographs
 };
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Quality of a place: anchors in sight from it, and free space around it.
+// Rates a place by the anchors in view from it and the free space round it.
 #include "convert/sample/paths/path_places.h"
 
 #include <algorithm>
@@ -9,8 +9,10 @@ namespace gsc {
 
 namespace {
 
-constexpr double kBodyRadius = 0.5; // metres round the eye that should be empty
-constexpr double kCloseMetres = 2;  // anchors closer than this in the middle of the image hide the rest
+// metres; anchors closer to the eye than this count against a place
+constexpr double kBodyRadius = 0.5;
+// metres; anchors closer than this in the middle of the view hide the others
+constexpr double kCloseMetres = 2;
 
 } // namespace
 
@@ -74,7 +76,7 @@ double PathPlaces::worth(const Place& place) const
            (1 + 0.5 * double(crowd(place.position, radius)) + 0.1 * double(seen.close));
 }
 
-// Room at a place: 1 where photographs were taken, less farther away.
+// How free a place is: 1 where photographs were taken, less with the distance from the nearest camera.
 double PathPlaces::freedom(dvec3 eye) const
 {
     const bool high = m_survey.kind == CaptureKind::Aerial;
@@ -91,7 +93,7 @@ dvec3 PathPlaces::level(dvec3 direction) const
     return length(flat) > 1e-6 ? normalized(flat) : m_survey.site.axis[0];
 }
 
-// Height below which most anchors near a place on the ground are; the height of the site's ground if there are none.
+// Height below which most anchors above or below a place lie; the height of the site's ground if there are too few.
 double PathPlaces::groundNear(dvec3 position) const
 {
     const PathSite& site = m_survey.site;

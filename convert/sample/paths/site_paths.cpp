@@ -10,7 +10,7 @@ namespace gsc {
 
 namespace {
 
-// (0, 0) and (1, 1) are opposite corners of the ground.
+// A point `height` above the ground. u and v are shares, 0 to 1, of the two sides of the ground.
 dvec3 above(const PathSite& site, double u, double v, double height)
 {
     return site.axis[0] * lerp(site.low[0], site.high[0], u) + site.axis[1] * lerp(site.low[1], site.high[1], v) +
@@ -22,7 +22,7 @@ double side(const PathSite& site, int axis)
     return site.high[axis] - site.low[axis];
 }
 
-// Radians; headings of motions are in degrees.
+// Heading of the ground's diagonal, in radians.
 double diagonal(const PathSite& site)
 {
     return std::atan2(side(site, 1), side(site, 0));
@@ -45,12 +45,14 @@ void orbit(const PathSite& site, PathMaker& path)
 
 void headTurn(const PathSite& site, PathMaker& path)
 {
-    turnHead(path, above(site, 0.5, 0.5, eyeHeight(site)), 0, 5, 18, 36, 18); // 180 degrees in 36 steps of 1/72 s
+    // turns by 180 degrees in 36 frames of 1/72 s
+    turnHead(path, above(site, 0.5, 0.5, eyeHeight(site)), 0, 5, 18, 36, 18);
 }
 
 void teleport(const PathSite& site, PathMaker& path)
 {
-    // where on the ground, how high (0 = eye height, 1 = view height), heading and downward angle in degrees
+    // per place: two shares (0 to 1) of the sides of the ground, height (0 = eye height, 1 = view height), heading and
+    // downward angle in degrees
     static constexpr double kPlaces[8][5] = {
         {0.30, 0.30, 0, 45, 0}, {0.70, 0.60, 0.5, 200, 30}, {0.20, 0.75, 0, 300, 0}, {0.80, 0.20, 1, 135, 50},
         {0.50, 0.50, 0, 0, 0},  {0.25, 0.50, 0.25, 20, 15}, {0.75, 0.80, 0, 225, 0}, {0.40, 0.20, 0.75, 90, 40}};
@@ -68,7 +70,7 @@ void zoomOut(const PathSite& site, PathMaker& path)
 
 void walkThrough(const PathSite& site, PathMaker& path)
 {
-    // off the axes, so that a street along one of them does not lead past everything
+    // a heading off the axes of the ground, because a street along an axis would lead past everything
     const double heading = 0.6 * diagonal(site);
     const double way =
         std::min(30 * site.metre, 0.8 * std::min(side(site, 0) / std::cos(heading), side(site, 1) / std::sin(heading)));
@@ -80,7 +82,7 @@ void walkThrough(const PathSite& site, PathMaker& path)
 void levelSwing(const PathSite& site, PathMaker& path)
 {
     swing(path, 96, pathTarget(site), radialDirection(site, diagonal(site), degrees(40)),
-          levelBoundary(site, site.view_height), 0.1, 24); // four swings
+          levelBoundary(site, site.view_height), 0.1, 24); // reach and frames per swing: four swings
 }
 
 void jitter(const PathSite& site, PathMaker& path)
@@ -104,7 +106,7 @@ void flight(const PathSite& site, PathMaker& path)
     flyDiagonal(path, site, pace.frames, kFlightFrom, pace.to, 0.5 * site.view_height);
 }
 
-// Down the middle: in the street, and in a city often along one.
+// Walks along the middle of the ground, which is the street or often one of a city's streets.
 void stroll(const PathSite& site, PathMaker& path)
 {
     const dvec3 forward = radialDirection(site, 0, 0), middle = above(site, 0.5, 0.5, eyeHeight(site));
@@ -120,7 +122,7 @@ void lookAround(const PathSite& site, PathMaker& path)
 struct NamedSitePath {
     const char* name;
     double fps;
-    void (*make)(const PathSite&, PathMaker&); // adds the frames
+    void (*make)(const PathSite&, PathMaker&); // adds the frames to the path
 };
 
 constexpr NamedSitePath kSitePaths[] = {{"aerial", 30, aerial},
@@ -173,7 +175,7 @@ std::vector<double> levelBoundaries(const PathSite& site)
     std::vector<double> boundaries;
     if (site.level_rule == LevelRule::None || !(site.standard_dist > 0) || site.finest_level < 1 || site.fork < 2)
         return boundaries;
-    // log(standard_dist / distance) at which level 0 gives way to level 1
+    // value of log(standard_dist / distance) / log(fork) at which level 0 changes to level 1
     const double first = site.level_rule == LevelRule::Floor ? 1 : site.level_rule == LevelRule::Round ? 0.5 : 0;
     for (int32_t k = 0; k < site.finest_level; ++k)
         boundaries.push_back(site.standard_dist * std::pow(double(site.fork), -(first + double(k))));

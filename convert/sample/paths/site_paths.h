@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera paths of a site whose ground is known, as a sample's is: an ordinary flight, and those made to break reuse,
-// merging and LOD; and some that move as people do. Those of a model that has to be surveyed first are in model_paths.h.
+// Camera paths of a site whose ground is known, as that of a sample is: an ordinary flight, paths that are hard for
+// reuse, merging and levels of detail, and paths that move as people do. Paths of a model that has to be surveyed first
+// are made in model_paths.h.
 #pragma once
 
 #include "convert/sample/paths/camera_motions.h"
@@ -11,40 +12,43 @@
 
 namespace gsc {
 
-// Distances from the camera at which an anchor without extra level changes its level, the coarsest level's first;
-// empty where there are no two levels.
+// Distances from the camera, in world units, at which an anchor without extra level changes its level; the largest
+// first. Empty if there is only one level.
 std::vector<double> levelBoundaries(const PathSite& site);
-// The distance closest to `near_to` by ratio; `near_to` itself if there is none.
+// The value of levelBoundaries() whose ratio to `near_to` is closest to 1; `near_to` itself if there is none.
 double levelBoundary(const PathSite& site, double near_to);
 
-// The point on the ground that orbit, zoom_out and level_swing look at.
+// The point on the ground at which orbit, zoom_out and level_swing look.
 dvec3 pathTarget(const PathSite& site);
 
-constexpr double kWideEyes = 20; // times as far apart as eyes are
+constexpr double kWideEyes = 20; // times the usual distance of the eyes, for path wide_eyes
 
-// From `from` to `to` of the diagonal of the site's ground, 0..1, `height` above it, looking ahead and 25 degrees down.
+// Flies along the diagonal of the ground from share `from` to share `to` of it, `height` world units above it, looking
+// ahead and 25 degrees down.
 void flyDiagonal(PathMaker& path, const PathSite& site, int frames, double from, double to, double height);
 
-// A flight from `kFlightFrom` to `to` of the diagonal: at most half of it.
+// Frames of a flight along the diagonal, and the share of the diagonal at which it ends; it begins at kFlightFrom and
+// covers at most half of the diagonal.
 struct FlightPace {
     int frames = 0;
     double to = 0;
 };
 constexpr double kFlightFrom = 0.25;
-// At `speed` metres per second, for `most_seconds` at most.
+// Pace of a flight at `speed` metres per second that takes at most `most_seconds`.
 FlightPace flightPace(const PathSite& site, double speed, double most_seconds, double fps);
 
-constexpr double kFlightSpeed = 25;          // speed of `flight`, metres per second
-constexpr double kFlightSeconds[] = {2, 20}; // slower where the ground is too small for the first
+constexpr double kFlightSpeed = 25; // metres per second of path `flight`
+// least and most seconds of the flight; on small ground it is slower, to take the least
+constexpr double kFlightSeconds[] = {2, 20};
 double flightSpeed(const PathSite& site);
 
-// aerial, orbit, head_turn, teleport, zoom_out, walk_through, level_swing, jitter, wide_eyes, whose frames may be metres
-// apart, and flight, stroll, look_around, which move as people do, at kLiveRate: same site, same frames.
-// Precondition: low < high, view_height and metre above 0.
+// Makes aerial, orbit, head_turn, teleport, zoom_out, walk_through, level_swing, jitter and wide_eyes, whose frames may
+// be metres apart, and flight, stroll and look_around, which move as people do, at kLiveRate. Equal sites give equal
+// frames. Precondition: low < high; view_height and metre are above 0.
 std::vector<CameraPath> sitePaths(const PathSite& site);
 
 constexpr const char* kFirstPath = "paths/aerial.json"; // path in the model folder
-// paths/NAME.json of each.
+// Writes paths/NAME.json for each path.
 void writeSitePaths(const NewFolder& folder, const std::vector<CameraPath>& paths);
 
 } // namespace gsc

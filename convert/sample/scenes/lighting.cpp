@@ -8,13 +8,14 @@ namespace gsc {
 
 namespace {
 
-constexpr double kCloseReach = 3.5; // metres within which a wall darkens its surroundings
-constexpr double kOwnWall = 0.004;  // metres; a point this close to a box lies on it and is not darkened by it
+constexpr double kCloseReach = 3.5; // metres within which a wall darkens what is near it
+// metres; a point this close to a box lies on it and is not darkened by it
+constexpr double kOwnWall = 0.004;
 constexpr dvec3 kSunColor{1.70, 1.46, 1.08};
 constexpr dvec3 kSkyColor{0.29, 0.37, 0.54};
 constexpr dvec3 kBounceColor{0.20, 0.18, 0.15};
 
-// How far (metres) the ray from `p` towards `d` passes inside the box at most; negative: by how much it misses.
+// Metres of the ray from `p` in direction `d` that lie inside the box; negative if the ray misses it.
 double rayDepth(const Box& b, dvec3 p, dvec3 d)
 {
     double enter = 0, leave = 1e9;
@@ -38,7 +39,7 @@ double boxDistance(const Box& b, dvec3 p)
 
 bool overlaps(const Box& a, const Box& b)
 {
-    // note: glm::all() looks at every axis, and this is asked for each cell and box
+    // note: written out because glm::all() tests every axis, and this runs for each cell and box
     return a.min.x < b.max.x && a.max.x > b.min.x && a.min.y < b.max.y && a.max.y > b.min.y && a.min.z < b.max.z &&
            a.max.z > b.min.z;
 }
@@ -62,11 +63,11 @@ SceneLight::SceneLight(const SceneSpec& spec, const SceneTile& tile)
 void SceneLight::gather(const Box& region, const NearOccluders* from, NearOccluders& out) const
 {
     const double reach = std::max(0.0, m_top - region.min.z) / m_sun.z;
-    const dvec3 end = m_sun * reach; // upwards
+    const dvec3 end = m_sun * reach; // towards the sun, up to the height of the highest occluder
     Box swept{glm::min(region.min, region.min + end), glm::max(region.max, region.max + end)};
     swept.max.z = 1e9;
     const bool room = m_spec.scene == SampleScene::Room;
-    // a single cell also asks whether the ray from its centre comes near, which a box round the ray only guesses
+    // for a single cell, the ray from its centre is tested too, because the box round the ray is far larger
     const dvec3 middle = (region.min + region.max) * 0.5, half = (region.max - region.min) * 0.5;
     const NearOccluders& known = from ? *from : m_all;
     const auto pick = [](const auto& all, auto& some, const auto& test) {
@@ -101,7 +102,7 @@ double SceneLight::sunVisibility(const NearOccluders& near, dvec3 position, doub
         const double along = std::max(0.0, dot(to, d) / dot(d, d));
         const double miss = length(to - d * along);
         const double inside = length(to);
-        if (inside > 1.05) // leaves of the crown itself are shaded by their height
+        if (inside > 1.05) // not for points within the crown: its leaves are shaded by their height
             visible = std::min(visible, 0.25 + 0.75 * smoothstep(0.7, 1.1 + 0.3 * blur / b->radii.x, miss));
     }
     return visible;
@@ -134,7 +135,7 @@ dvec3 SceneLight::roomLight(const NearOccluders& near, dvec3 position, dvec3 nor
             double open = 1;
             for (const Box* b : near.sun_boxes) {
                 const double depth = rayDepth(*b, position + normal * 0.02, to);
-                if (depth > 0) // in units of `to`; beyond 1 the box lies behind the window
+                if (depth > 0) // in multiples of `to`; from 1 on the box lies behind the window
                     open = std::min(open, 1 - smoothstep(0.0, 0.25, depth));
             }
             sky += open * cosines / distance2;
@@ -158,7 +159,7 @@ dvec3 SceneLight::roomLight(const NearOccluders& near, dvec3 position, dvec3 nor
                 beam = 0;
         light = light + dvec3{3.4, 2.9, 2.1} * (beam * dot(sun, normal));
     }
-    // light from walls and ceiling: warm, brighter upwards, less in corners
+    // light from walls and ceiling: warm, less in corners, more on surfaces that face up
     const double corner = std::min({kRoomHalf.x - std::abs(position.x), kRoomHalf.y - std::abs(position.y)});
     const double height = std::min(position.z, kRoomHeight - position.z);
     const double open =

@@ -34,7 +34,7 @@ MaterialSample cityGround(const Surface& s, const SurfacePoint& p, double w)
         break;
     }
     case LotKind::Park: {
-        // paths along the diagonals and round the rim
+        // paths along the diagonals and the edges of the park
         const double diagonal = std::abs(ax - ay) * 0.7071;
         const double path = std::max(band(diagonal, -1.3, 1.3, w), band(outer, 20.6, 22.6, w));
         lot = lerp(grassAt(gx, gy, 5), {0.46, 0.39, 0.29}, path);
@@ -50,7 +50,7 @@ MaterialSample cityGround(const Surface& s, const SurfacePoint& p, double w)
     const double paved = band(outer, 22.9, 26, w), road = band(outer, 26, 40, w);
     dvec3 color = lerp(lot, kPavement * (0.92 + 0.16 * valueNoise(gx * 0.7, gy * 0.7, 8)), paved);
     color = lerp(color, kAsphalt * (0.85 + 0.3 * fractalNoise(gx * 0.35, gy * 0.35, 9, 2)), road);
-    color = lerp(color, {0.5, 0.48, 0.45}, 0.8 * band(outer, 25.8, 26.1, w)); // kerb
+    color = lerp(color, {0.5, 0.48, 0.45}, 0.8 * band(outer, 25.8, 26.1, w)); // the kerb between pavement and road
 
     const bool crossing = ax > 25.9 && ay > 25.9;
     if (!crossing && road > 0) {
@@ -77,12 +77,13 @@ MaterialSample streetGround(const SurfacePoint& p, double w)
     const double worn = fractalNoise(x * 0.5, y * 0.8, 12, 3);
     dvec3 asphalt = kAsphalt * (0.75 + 0.5 * worn);
     double mark = band(ay, 0, 0.09, w) * pulse(x / 4, 0.25, 0.75, w / 4);
-    mark = std::max(mark, band(ay, 1.95, 2.05, w) * pulse(x / 5.5, 0, 0.92, w / 5.5)); // parking bays
+    mark = std::max(mark, band(ay, 1.95, 2.05, w) * pulse(x / 5.5, 0, 0.92, w / 5.5)); // lines of parking bays
     asphalt = lerp(asphalt, kMarking, 0.85 * mark);
-    return {.reflectance = lerp(lerp(slabs, asphalt, road), {0.46, 0.44, 0.41}, band(ay, 4.1, 4.35, w))}; // kerb
+    // the kerb between pavement and road
+    return {.reflectance = lerp(lerp(slabs, asphalt, road), {0.46, 0.44, 0.41}, band(ay, 4.1, 4.35, w))};
 }
 
-// Glass shows a sky that brightens with height, a room behind it or a curtain.
+// Colour of a window: a mirrored sky that is brighter higher up, with a dark room or a curtain behind it.
 dvec3 windowColor(uint64_t seed, double bay, double floor, double height_share, double fade)
 {
     const uint64_t key = seed ^ (uint64_t(int64_t(bay) + 512) << 24) ^ uint64_t(int64_t(floor) + 512);
@@ -104,7 +105,7 @@ MaterialSample facade(const Surface& s, const SurfacePoint& p, double w)
 
     const double stain = fractalNoise(p.s * 0.3 + double(s.seed % 97), p.t * 0.15, s.seed, 2);
     dvec3 wall = s.color * (0.88 + 0.24 * stain);
-    // string courses and cornice
+    // horizontal bands between floors, and a cornice
     const double line = pulse(t / floor_height, 0.0, 0.07, w / floor_height) * (s.param[4] < 2 ? 1 : 0.2) * in_floors;
     wall = lerp(wall, s.accent, 0.6 * line);
     wall = lerp(wall, s.accent, band(p.t, height - 0.8, height + 1, w));
@@ -113,7 +114,7 @@ MaterialSample facade(const Surface& s, const SurfacePoint& p, double w)
     const double u = p.s / bay, v = t / floor_height;
     const double glass =
         pulse(u, 0.5 - half_x, 0.5 + half_x, w / bay) * pulse(v, sill, sill + s.param[3], w / floor_height) * in_floors;
-    constexpr double kFrame = 0.09; // metres
+    constexpr double kFrame = 0.09; // metres of window frame
     const double fx = kFrame / bay, fy = kFrame / floor_height;
     const double framed = pulse(u, 0.5 - half_x - fx, 0.5 + half_x + fx, w / bay) *
                           pulse(v, sill - 1.6 * fy, sill + s.param[3] + fy, w / floor_height) * in_floors;
@@ -165,7 +166,7 @@ MaterialSample terrain(const SceneSpec& spec, const Surface& s, SurfacePoint& p,
     p.tangent_u = normalized(cross(dvec3{0, 1, 0}, p.normal));
     p.tangent_v = cross(p.normal, p.tangent_u);
 
-    // parcels: the nearest of jittered points, a hedge where two are equally near
+    // fields: each point belongs to the nearest of some random points, and a hedge grows where two are equally near
     const double warp = 40 * (fractalNoise(x / 260, y / 260, 61, 2) - 0.5);
     const double fx = (x + warp) / 125, fy = (0.25 * x + y - warp) / 88;
     double nearest = 1e9, second = 1e9;
@@ -191,7 +192,7 @@ MaterialSample terrain(const SceneSpec& spec, const Surface& s, SurfacePoint& p,
     const double water = 1 - smoothstep(15.5 - 0.5 * w, 16.5 + 0.5 * w, std::abs(y - s.param[2]));
     const double shade = 0.25 + 1.05 * std::max(0.0, dot(p.normal, sunDirection(spec.scene)));
     color = lerp(color, {0.05, 0.11, 0.13}, water);
-    // aerial perspective; no reflectance is left for the light, which knows no shadows out here
+    // haze with distance; the colour is returned as emission, because the light of the scene has no shadows out here
     const double far = std::max(0.0, std::hypot(x, y) - e);
     const double haze = 0.93 * (1 - std::exp(-far / (0.30 * s.param[1])));
     const dvec3 lit = color * (1.55 * shade + 0.15);
@@ -277,7 +278,7 @@ MaterialSample sampleMaterial(const SceneSpec& spec, const Surface& s, SurfacePo
     }
     case Material::Sky:
         return {.emission = skyColor(normalized(p.position), s.seed)};
-    case Material::CarPaint: // with wheels and shadowed sills
+    case Material::CarPaint: // wheels and dark sills
         return {.reflectance = z < 0.42 ? dvec3{0.02, 0.02, 0.02} : s.color, .gloss = 0.5};
     case Material::CarGlass:
         return {.emission = {0.05, 0.07, 0.09}, .gloss = 1};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks of surfaces, averaged over the width of one Gaussian, so that no detail is finer than a Gaussian.
+// Colours of surfaces, averaged over the width of one Gaussian, so that no detail is finer than a Gaussian.
 #pragma once
 
 #include "convert/sample/scenes/scene.h"
@@ -7,24 +7,24 @@
 namespace gsc {
 
 struct MaterialSample {
-    dvec3 reflectance{}; // linear
-    dvec3 emission{};    // linear; light of its own, such as a reflected sky
-    double gloss = 0;    // 0..1, how strongly it mirrors the sky at grazing angles
-    double wrap = 0;     // light that passes round edges (leaves, fabric)
+    dvec3 reflectance{}; // linear, 0 to 1
+    dvec3 emission{};    // linear; light that does not depend on the scene's light, such as a mirrored sky
+    double gloss = 0;    // 0 to 1: how strongly it mirrors the sky at grazing angles
+    double wrap = 0;     // 0 to 1: how far light reaches round edges (leaves, fabric)
 };
 
-// `width` in metres. Terrain also moves the point to its height.
+// Look of a surface at a point. `width`: metres to average over. Terrain also moves the point to its height.
 MaterialSample sampleMaterial(const SceneSpec& spec, const Surface& surface, SurfacePoint& point, double width);
 
-// Colour of the sky in the direction `d`, display values.
+// Colour of the sky in direction `d`, as display values.
 dvec3 skyColor(dvec3 d, uint64_t seed);
 
-// Box-filtered pattern that is one in [a, b) of every unit and zero elsewhere: mean over [x - w/2, x + w/2].
+// Pattern that is 1 in [n + a, n + b) for every integer n, else 0; averaged over [x - w/2, x + w/2].
 double pulse(double x, double a, double b, double w);
-// Box-filtered pattern that is one in the single interval [a, b) and zero elsewhere: mean over [x - w/2, x + w/2].
+// Pattern that is 1 in the interval [a, b), else 0; averaged over [x - w/2, x + w/2].
 double band(double x, double a, double b, double w);
 
-// Interior of the room (materials_room.cpp).
+// Look of a surface of the room's interior (materials_room.cpp).
 MaterialSample sampleRoomMaterial(const Surface& surface, const SurfacePoint& point, double width);
 
 } // namespace gsc

@@ -39,7 +39,7 @@ dvec3 books(const Surface& s, const SurfacePoint& p, double w)
 {
     static constexpr dvec3 kCovers[] = {{0.45, 0.09, 0.06}, {0.07, 0.17, 0.30}, {0.58, 0.50, 0.36}, {0.08, 0.20, 0.11},
                                         {0.50, 0.30, 0.06}, {0.12, 0.11, 0.12}, {0.60, 0.58, 0.54}, {0.30, 0.10, 0.20}};
-    // spines of uneven width: cut points of a jittered row
+    // metres, average width of a book's spine; each boundary is shifted at random
     constexpr double kSpine = 0.042;
     double index = std::floor(p.s / kSpine);
     const double cut = 0.35 * (hashUnit(hashKey(s.seed, uint64_t(int64_t(index)))) - 0.5);
@@ -48,7 +48,8 @@ dvec3 books(const Surface& s, const SurfacePoint& p, double w)
     const uint64_t key = hashKey(s.seed, uint64_t(int64_t(index)), 9);
     const double height = 0.22 + 0.10 * hashUnit(key + 1);
     if (hashUnit(key + 2) < 0.06)
-        return {0.02, 0.015, 0.01}; // a gap
+        // a missing book
+        return {0.02, 0.015, 0.01};
     const dvec3 cover = kCovers[key % 8] * (0.8 + 0.4 * hashUnit(key + 3));
     const double title = band(p.t, 0.55 * height, 0.7 * height, w) * 0.6;
     return lerp(lerp(dvec3{0.02, 0.015, 0.01}, cover, band(p.t, 0, height, w)), {0.6, 0.5, 0.25}, title);
@@ -58,7 +59,7 @@ dvec3 painting(const Surface& s, const SurfacePoint& p, double w)
 {
     const double u = p.s / s.texture_size[0], v = p.t / s.texture_size[1];
     const double mat = std::min({p.s, p.t, s.texture_size[0] - p.s, s.texture_size[1] - p.t});
-    // hills one behind the other under an evening sky
+    // hills one behind the other, under an evening sky
     dvec3 color = lerp(dvec3{0.72, 0.42, 0.20}, {0.16, 0.28, 0.46}, std::clamp(1.6 * v - 0.5, 0.0, 1.0));
     const double du = u - 0.62, dv = v - 0.66;
     color = lerp(color, {0.85, 0.66, 0.34},
@@ -72,7 +73,7 @@ dvec3 painting(const Surface& s, const SurfacePoint& p, double w)
     return lerp(color, {0.74, 0.72, 0.67}, band(mat, -1, 0.06, w));
 }
 
-// The garden beyond the panes.
+// Colour of the garden that is seen through the window.
 dvec3 windowView(const Surface& s, const SurfacePoint& p, double w)
 {
     const double u = p.s, v = p.t;
@@ -97,7 +98,8 @@ MaterialSample sampleRoomMaterial(const Surface& s, const SurfacePoint& p, doubl
         return {.reflectance = rug(s, p, w)};
     case Material::RoomWall: {
         const dvec3 paint = s.color * (0.97 + 0.06 * fractalNoise(p.s * 2, p.t * 2, s.seed, 2));
-        if (std::abs(p.normal.z) >= 0.5) // the ceiling has no skirting board
+        // walls only: the ceiling has no skirting board
+        if (std::abs(p.normal.z) >= 0.5)
             return {.reflectance = paint};
         return {.reflectance = lerp(paint, {0.76, 0.75, 0.72}, band(p.position.z, -1, 0.09, w))};
     }
@@ -112,7 +114,8 @@ MaterialSample sampleRoomMaterial(const Surface& s, const SurfacePoint& p, doubl
         return {.reflectance = s.color * (0.75 + 0.5 * grain), .gloss = 0.2};
     }
     case Material::Fabric: {
-        const double fold = s.texture_size[1] > 2 ? 0.25 * std::sin(p.s * 42) : 0; // curtains
+        // folds, if the fabric is a curtain (higher than 2 m)
+        const double fold = s.texture_size[1] > 2 ? 0.25 * std::sin(p.s * 42) : 0;
         return {.reflectance = s.color * (0.9 + fold + 0.2 * valueNoise(p.s * 50, p.t * 50, s.seed)), .wrap = 0.2};
     }
     default:

@@ -51,7 +51,7 @@ void addNeighbourOccluders(const SceneSpec& spec, uint32_t tile, SceneTile& out)
     std::vector<uint32_t> neighbours;
     const dvec3 sun = sunDirection(spec.scene);
     if (spec.scene == SampleScene::City && tile < spec.main_tiles) {
-        // the highest tower throws its shadow over two blocks
+        // the highest tower casts its shadow over two blocks: adds the blocks up to two away towards the sun
         const int column = int(tile % spec.side), row = int(tile / spec.side);
         for (int j = -1; j <= 2; ++j)
             for (int i = -1; i <= 2; ++i) {

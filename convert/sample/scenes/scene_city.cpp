@@ -7,11 +7,11 @@ namespace gsc {
 namespace {
 
 constexpr double kHalf = 0.5 * kBlockPitch;
-constexpr double kLot = 22.5;     // half width of the building area
-constexpr double kTreeRow = 24.6; // street trees, metres from the centre of the block
-constexpr double kLane = 27.9;    // middle of a driving lane
+constexpr double kLot = 22.5;     // metres, half of the width of the building area of a block
+constexpr double kTreeRow = 24.6; // metres from the centre of a block to its street trees
+constexpr double kLane = 27.9;    // metres from the centre of a block to the middle of a driving lane
 constexpr double kRiverHalf = 16;
-constexpr double kBridge = 25.5; // the road over the river starts here
+constexpr double kBridge = 25.5; // metres from the centre of a block to the start of the bridge
 
 struct Rect {
     double x0, y0, x1, y1;
@@ -20,11 +20,12 @@ struct Rect {
 struct Block {
     const SceneSpec& spec;
     double cx, cy;
-    double radius; // 0 in the centre, about 1 at the edge
+    double radius; // distance of the block from the centre of the city: 0 in the centre, about 1 at the edge
     HashRandom random;
     SceneTile& tile;
     LotKind lot = LotKind::Grass;
-    std::vector<Rect> covered = {}; // ground that needs no anchors, local coordinates
+    // ground under buildings, which needs no anchors; metres from the centre of the block
+    std::vector<Rect> covered = {};
 };
 
 int riverRow(const SceneSpec& spec)
@@ -67,7 +68,7 @@ void towerBlock(Block& b)
     if (b.random.chance(0.5)) {
         const double half = b.random.between(10, 13), ox = b.random.between(-6, 6), oy = b.random.between(-6, 6);
         building(b, ox - half, oy - half, ox + half, oy + half, height);
-        if (b.random.chance(0.6)) { // a set-back on top
+        if (b.random.chance(0.6)) { // a smaller storey on top
             BuildingStyle style = randomStyle(b.random, height);
             style.shops = false;
             const double in = half * 0.62;
@@ -93,7 +94,7 @@ void perimeterBlock(Block& b)
     b.lot = LotKind::Court;
     const double base = lerp(24, 12, std::min(1.0, b.radius));
     const auto height = [&] { return base * b.random.between(0.75, 1.25); };
-    constexpr double kDeep = 10.5; // court half width
+    constexpr double kDeep = 10.5; // half of the width of the court in metres
     for (const double side : {-1.0, 1.0}) {
         const double low = side < 0 ? -kLot : kDeep, high = side < 0 ? -kDeep : kLot;
         double x = -kLot;
@@ -163,7 +164,7 @@ void riverBlock(Block& b)
         const dvec3 up{0, 0, high - low};
         b.tile.add(makeFlush({a, c, c + up, a + up}, Material::Plain, stone, hashKey(b.spec.seed, 40 + part)));
     };
-    // embankments face the water; the bridge has a wall to each side
+    // embankments towards the water; the bridge has a wall on either side
     wall({x1, y0, 0}, {x0, y0, 0}, -kDepth, kRail, 0);
     wall({x0, y1, 0}, {x1, y1, 0}, -kDepth, kRail, 1);
     wall({b.cx + kBridge, y1, 0}, {b.cx + kBridge, y0, 0}, -1.4, kRail, 2);
@@ -176,7 +177,7 @@ void riverBlock(Block& b)
             tree(b, x + b.random.between(-1, 1), y, 6, 9);
 }
 
-// Everything of the block's square that no building covers, cut into rectangles along the edges of the buildings.
+// Adds the ground of a block that no building covers, cut into rectangles along the edges of the buildings.
 void addGround(Block& b)
 {
     std::vector<double> xs = {-kHalf, kHalf}, ys = {-kHalf, kHalf};
@@ -210,7 +211,7 @@ void addGround(Block& b)
 
 void addTraffic(Block& b, bool river)
 {
-    // each block owns the two lanes along its own edges
+    // a block has the two lanes next to its own edges
     for (int edge = 0; edge < 4; ++edge)
         for (double along = -21; along < 22; along += 7) {
             if (!b.random.chance(0.33))
@@ -249,7 +250,7 @@ double cityRiverY(const SceneSpec& spec)
 
 void planCity(uint64_t anchors, SceneSpec& spec)
 {
-    // both the city and its detail grow with the anchors
+    // more anchors make the city larger and more detailed
     const double wanted = 5 * std::pow(double(anchors) / 100'000, 0.3);
     spec.side = uint32_t(std::clamp(std::round(wanted), 1.0, 64.0));
     spec.half_extent = 0.5 * kBlockPitch * spec.side;
@@ -292,10 +293,11 @@ void buildCityTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
 std::vector<SourceCamera> cityCameras(const SceneSpec& spec)
 {
     std::vector<SourceCamera> cameras;
-    const double reach = std::clamp(spec.half_extent, 60.0, 330.0); // an aerial photograph shows this much
+    // half of the width that an aerial photograph shows, in metres
+    const double reach = std::clamp(spec.half_extent, 60.0, 330.0);
     const auto look = [&](dvec3 from, dvec3 to) { cameras.push_back(photograph(from, to, 64)); };
     const double river_y = cityRiverY(spec);
-    // two rounds, the second lower and closer
+    // photographs in two circles, the second lower and closer
     for (int i = 0; i < 40; ++i) {
         const double a = 2 * kPi * i / 40 - 0.62 * kPi;
         look({1.1 * reach * std::cos(a), 1.1 * reach * std::sin(a), 0.6 * reach}, {0, 0, 0.2 * reach});
@@ -304,7 +306,7 @@ std::vector<SourceCamera> cityCameras(const SceneSpec& spec)
         const double a = 2 * kPi * i / 24 - 0.6 * kPi;
         look({0.9 * reach * std::cos(a), 0.9 * reach * std::sin(a), 0.36 * reach}, {0, 0, 0.18 * reach});
     }
-    // along the river, then down an avenue
+    // photographs along the river, then down an avenue
     if (river_y < 1e8)
         for (int i = 0; i < 8; ++i) {
             const double x = lerp(-0.95, 0.1, i / 7.0) * reach;

@@ -5,9 +5,9 @@ namespace gsc {
 
 namespace {
 
-constexpr double kParapet = 0.9; // metres
+constexpr double kParapet = 0.9; // metres above the roof
 
-// The four walls of a building, their feet on the ground.
+// Adds the four walls of a building, which stand on the ground.
 void addWalls(SceneTile& tile, double x0, double y0, double x1, double y1, double height, const BuildingStyle& style,
               uint64_t seed)
 {
@@ -55,7 +55,7 @@ void addTurnedBox(SceneTile& tile, dvec3 center, dvec3 half, double angle, doubl
 
 BuildingStyle randomStyle(HashRandom& random, double height)
 {
-    // plaster, brick and stone as they reflect
+    // reflectance of plaster, brick and stone
     static constexpr dvec3 kWalls[] = {{0.56, 0.45, 0.30}, {0.50, 0.34, 0.21}, {0.36, 0.12, 0.07}, {0.58, 0.52, 0.43},
                                        {0.44, 0.20, 0.11}, {0.54, 0.38, 0.23}, {0.36, 0.36, 0.34}, {0.55, 0.45, 0.36},
                                        {0.27, 0.14, 0.09}, {0.58, 0.48, 0.26}};
@@ -107,7 +107,7 @@ void addFacade(SceneTile& tile, dvec3 a, dvec3 b, double height, const BuildingS
     s.param[3] = style.window_y;
     s.param[4] = double(style.facade);
     s.param[5] = style.shops ? 1 : 0;
-    s.density = 1.3; // windows are the finest detail of the scene
+    s.density = 1.3; // windows have the finest detail of the scene
 }
 
 void addBuilding(SceneTile& tile, double x0, double y0, double x1, double y1, double height, const BuildingStyle& style,
@@ -153,7 +153,7 @@ void addHouse(SceneTile& tile, double x0, double y0, double x1, double y1, doubl
     const double span = ridge_x ? y1 - y0 : x1 - x0;
     const double rise = span * 0.5 * random.between(0.7, 0.95);
     constexpr double kOverhang = 0.5;
-    const double drop = kOverhang * rise / (span * 0.5); // the eaves reach below the top of the wall
+    const double drop = kOverhang * rise / (span * 0.5); // the eaves lie below the top of the wall
     const double mid_x = 0.5 * (x0 + x1), mid_y = 0.5 * (y0 + y1), top = eaves + rise;
     const auto slope = [&](dvec3 a, dvec3 b, dvec3 c, dvec3 d, uint64_t part) {
         tile.add(makeQuad({a, b, c, d}, Material::TileRoof, roof_color, hashKey(seed, part))).density = 1.1;
@@ -189,7 +189,7 @@ void addTree(SceneTile& tile, double x, double y, double height, int lobes, Hash
     const dvec3 center{x, y, height - rz};
     const double turn = random.between(0, 2 * kPi);
     for (int i = 0; i < lobes; ++i) {
-        // a lobe on top, the others round it
+        // one lobe on top, the others round it
         const double a = turn + 2 * kPi * i / std::max(1, lobes - 1), out = i == 0 ? 0 : 0.5 * r;
         const double size = lobes == 1 ? 1 : i == 0 ? 0.74 : random.between(0.52, 0.66);
         const dvec3 shift{out * std::cos(a), out * std::sin(a),
@@ -237,13 +237,14 @@ void addSurroundings(const SceneSpec& spec, uint32_t part, SceneTile& tile)
         Surface& sky =
             tile.add(makeEllipsoid({0, 0, 0}, dvec3(spec.horizon), Material::Sky, {}, hashKey(spec.seed, 77)));
         sky.share = AnchorShare::Sky;
-        sky.polar[1] = 0.5 * kPi + 0.12; // a little below the horizon, behind the edge of the land
+        // a little below the horizon, hidden by the edge of the land
+        sky.polar[1] = 0.5 * kPi + 0.12;
         sky.inward = true;
         sky.all_levels = false;
         sky.thickness = 0.05;
         return;
     }
-    // rings whose cells grow with their distance, so that they look alike from the city
+    // rings whose cells grow with the distance, so that all look alike from the city
     constexpr double kGrowth = 1.3;
     const double end = spec.horizon * 0.94;
     uint64_t ring = 0;
@@ -253,7 +254,7 @@ void addSurroundings(const SceneSpec& spec, uint32_t part, SceneTile& tile)
         const auto turn = [&](double x, double y) {
             return dvec3{ca[part] * x - sa[part] * y, sa[part] * x + ca[part] * y, 0};
         };
-        // note: seen from above, the longer edge lies outside; the order keeps the normal up
+        // note: the longer edge lies outside; this order of corners makes the normal point up
         Surface& land = tile.add(makeQuad({turn(r1, -r1), turn(r1, r1), turn(r0, r0), turn(r0, -r0)}, Material::Terrain,
                                           {}, hashKey(spec.seed, 78)));
         land.share = AnchorShare::Terrain;

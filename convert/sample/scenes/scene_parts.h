@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Things that stand in the scenes: boxes, houses, trees, cars, surroundings.
+// Objects of the scenes: boxes, houses, trees, cars, surroundings.
 #pragma once
 
 #include "convert/sample/model/hash_random.h"
@@ -7,9 +7,10 @@
 
 namespace gsc {
 
-// Five faces (no bottom). No occluder.
+// Adds a box without its bottom. It casts no shadow.
 void addBox(SceneTile& tile, const Box& box, Material material, dvec3 color, uint64_t seed, double density);
-// A box turned by `angle` about the vertical through its centre; its top is shorter by `taper` at either end.
+// Adds a box turned by `angle` radians about the vertical axis through its centre. Its top is shorter by `taper` metres
+// at either end.
 void addTurnedBox(SceneTile& tile, dvec3 center, dvec3 half, double angle, double taper, Material side, dvec3 color,
                   Material top, dvec3 top_color, uint64_t seed, double density);
 
@@ -23,18 +24,18 @@ struct BuildingStyle {
 };
 
 BuildingStyle randomStyle(HashRandom& random, double height);
-// Flat-roofed building with parapet and machinery on the roof, and its occluder.
+// Adds a building with a flat roof, a parapet and machines on the roof. It casts a shadow.
 void addBuilding(SceneTile& tile, double x0, double y0, double x1, double y1, double height, const BuildingStyle& style,
                  HashRandom& random);
-// One wall of a building: from a to b (seen from outside, left to right), `height` high.
+// Adds one wall of a building from `a` to `b` (left to right as seen from outside), `height` metres high.
 void addFacade(SceneTile& tile, dvec3 a, dvec3 b, double height, const BuildingStyle& style, uint64_t seed);
-// House with a tiled gable roof, ridge along x or y.
+// Adds a house with a tiled gable roof, whose ridge runs along x or y.
 void addHouse(SceneTile& tile, double x0, double y0, double x1, double y1, double eaves, bool ridge_x,
               HashRandom& random);
-// `lobes` 1 is a round crown, more make it irregular.
+// Adds a tree. `lobes`: 1 = a round crown, more = an irregular one.
 void addTree(SceneTile& tile, double x, double y, double height, int lobes, HashRandom& random);
 void addCar(SceneTile& tile, double x, double y, double angle, HashRandom& random);
-// Fields and hills round a square of `half_extent`, and the sky; `part` 0..3 = a side each, 4 = the sky.
+// Adds a side of the fields and hills round a square of half_extent (`part` 0 to 3), or the sky (4).
 constexpr uint32_t kSurroundingParts = 5;
 void addSurroundings(const SceneSpec& spec, uint32_t part, SceneTile& tile);
 

@@ -36,7 +36,7 @@ void shell(SceneTile& t)
     quad(t, {-kX, kY, 0}, {kX, kY, 0}, {kX, kY, kZ}, {-kX, kY, kZ}, Material::RoomWall, {0.42, 0.50, 0.47}, 3, 0.8);
     quad(t, {kX, -kY, 0}, {-kX, -kY, 0}, {-kX, -kY, kZ}, {kX, -kY, kZ}, Material::RoomWall, kPaint, 4, 0.8);
     quad(t, {-kX, -kY, 0}, {-kX, kY, 0}, {-kX, kY, kZ}, {-kX, -kY, kZ}, Material::RoomWall, kPaint, 5, 0.8);
-    // the window wall, in four parts round the opening
+    // the wall with the window, in four parts round it
     const auto part = [&](double y0, double y1, double z0, double z1, uint64_t seed) {
         quad(t, {w.x, y1, z0}, {w.x, y0, z0}, {w.x, y0, z1}, {w.x, y1, z1}, Material::RoomWall, kPaint, seed, 0.8);
         t.surfaces.back().reference = {w.x, kY, 0};
@@ -58,13 +58,13 @@ void shell(SceneTile& t)
          Material::Plain, white, 13);
     quad(t, {w.x + kReveal, w.y1, w.z0}, {w.x + kReveal, w.y0, w.z0}, {w.x + kReveal, w.y0, w.z1},
          {w.x + kReveal, w.y1, w.z1}, Material::WindowView, {}, 14);
-    // curtains
+    // a curtain on either side of the window
     for (const double y : {w.y0 - 0.22, w.y1 + 0.22})
         quad(t, {w.x - 0.12, y + 0.28, 0.05}, {w.x - 0.12, y - 0.28, 0.05}, {w.x - 0.12, y - 0.28, 2.5},
              {w.x - 0.12, y + 0.28, 2.5}, Material::Fabric, {0.55, 0.30, 0.16}, 15, 1.2);
 }
 
-// A framed picture on a wall; `corner` is its lower left one, seen from the room, `along` points to the right.
+// Adds a framed picture to a wall. `corner`: lower left corner as seen from the room; `along`: direction to the right.
 void picture(SceneTile& t, dvec3 corner, dvec3 along, double width, double height, uint64_t seed)
 {
     constexpr double kBar = 0.05, kDeep = 0.03;
@@ -96,12 +96,12 @@ void sofaCorner(SceneTile& t)
     for (int i = 0; i < 3; ++i)
         body(t, {-1.05 + 0.95 * i, back - 0.34, 0.66}, {0.23, 0.11, 0.21}, Material::Fabric, pillows[i],
              30 + uint64_t(i), 2);
-    // pictures above it
+    // pictures above the sofa
     const double z0 = 1.25;
     picture(t, {-1.25, kY, z0}, {1, 0, 0}, 0.62, 0.82, 40);
     picture(t, {-0.45, kY, z0}, {1, 0, 0}, 0.95, 0.82, 50);
     picture(t, {0.68, kY, z0}, {1, 0, 0}, 0.62, 0.82, 60);
-    // lamp in the corner
+    // a lamp in the corner
     body(t, {-2.45, 1.95, 0.02}, {0.16, 0.16, 0.03}, Material::Plain, {0.05, 0.05, 0.05}, 50);
     box(t, {-2.465, 1.935, 0.02}, {-2.435, 1.965, 1.5}, Material::Plain, {0.05, 0.05, 0.05}, 51, 2);
     body(t, {-2.45, 1.95, 1.62}, {0.24, 0.24, 0.2}, Material::Glow, {1.25, 0.95, 0.60}, 52, 2);
@@ -131,7 +131,7 @@ void tableAndRug(SceneTile& t)
 
 void shelves(SceneTile& t)
 {
-    // bookshelf beside the sofa
+    // a bookshelf beside the sofa
     const double x0 = 1.62, x1 = 2.72, y1 = kY, y0 = kY - 0.32, top = 2.1;
     box(t, {x0, y0, 0}, {x0 + 0.03, y1, top}, Material::Wood, kWalnut, 100, 1.5);
     box(t, {x1 - 0.03, y0, 0}, {x1, y1, top}, Material::Wood, kWalnut, 101, 1.5);
@@ -143,12 +143,12 @@ void shelves(SceneTile& t)
                  {x1 - 0.03, y0 + 0.06, z + 0.38}, {x0 + 0.03, y0 + 0.06, z + 0.38}, Material::Books, {},
                  110 + uint64_t(i), 2.5);
     }
-    // sideboard and picture on the opposite wall, and a door
+    // on the opposite wall a sideboard, a picture and a door
     box(t, {-1.2, -kY, 0.12}, {0.9, -kY + 0.45, 0.72}, Material::Wood, kOak, 120, 1.5);
     picture(t, {0.45, -kY, 1.2}, {-1, 0, 0}, 1.2, 0.75, 200);
     body(t, {-0.85, -kY + 0.22, 0.93}, {0.10, 0.10, 0.21}, Material::CarPaint, {0.08, 0.20, 0.30}, 123, 3);
     body(t, {0.55, -kY + 0.22, 0.82}, {0.13, 0.09, 0.10}, Material::CarPaint, {0.55, 0.34, 0.12}, 124, 3);
-    // no back to the door: coarse levels of a thin body's back would lie in front of it
+    // the door has no back: coarse levels of a thin body's back would lie in front of it
     const dvec3 white{0.72, 0.70, 0.66};
     const double door_x = -kX + 0.05, top_z = 2.05;
     quad(t, {door_x, -1.9, 0}, {door_x, -0.95, 0}, {door_x, -0.95, top_z}, {door_x, -1.9, top_z}, Material::Plain,
@@ -170,7 +170,7 @@ void chairAndPlant(SceneTile& t)
                  Material::Fabric, leather * 1.1, Material::Fabric, leather * 1.1, 141, 1.4);
     body(t, {2.05, -1.55, 0.42}, {0.32, 0.30, 0.08}, Material::Fabric, leather * 1.3, 142);
     t.boxes.push_back({{1.7, -1.95, 0.12}, {2.4, -1.2, 0.42}});
-    // plant in a pot by the window
+    // a plant in a pot by the window
     const dvec3 at{2.5, 1.55, 0};
     body(t, {at.x, at.y, 0.22}, {0.2, 0.2, 0.24}, Material::Plain, {0.55, 0.50, 0.43}, 150, 2);
     for (int i = 0; i < 9; ++i) {
@@ -189,7 +189,7 @@ void chairAndPlant(SceneTile& t)
     t.boxes.push_back({{at.x - 0.1, at.y - 0.1, 0.05}, {at.x + 0.1, at.y + 0.1, 0.38}});
 }
 
-// Cuts a parallelogram into pieces no larger than a tile.
+// Cuts a parallelogram into pieces with sides of at most `largest` metres.
 void splitSurface(const Surface& s, double largest, std::vector<Surface>& out)
 {
     const auto pieces = [&](dvec3 side) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A street of houses with shops, trees and parked cars, seen by someone who walks along it.
+// A street of houses with shops, trees and parked cars, as seen by someone who walks along it.
 #include "convert/sample/scenes/scene_parts.h"
 
 namespace gsc {
@@ -7,7 +7,7 @@ namespace gsc {
 namespace {
 
 constexpr double kWall = 7.6; // metres from the middle of the street to the facades
-constexpr double kDepth = 9;  // depth of the houses, metres
+constexpr double kDepth = 9;  // depth of the houses in metres
 
 } // namespace
 
@@ -17,7 +17,7 @@ void planStreet(uint64_t anchors, SceneSpec& spec)
     spec.side = uint32_t(std::clamp(std::round(wanted), 2.0, 128.0));
     spec.half_extent = 0.5 * kStreetPlot * spec.side;
     spec.horizon = 8 * std::max(spec.half_extent, 60.0);
-    spec.main_tiles = 2 * spec.side; // both sides of each plot
+    spec.main_tiles = 2 * spec.side; // one for each plot on either side of the street
     spec.tile_count = spec.main_tiles + kSurroundingParts;
     spec.share[size_t(AnchorShare::Sky)] = 0.04;
     spec.share[size_t(AnchorShare::Terrain)] = 0.02;
@@ -35,7 +35,7 @@ void buildStreetTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
     tile.min[1] = side > 0 ? 0 : -spec.half_extent * 16;
     tile.max[1] = side > 0 ? spec.half_extent * 16 : 0;
 
-    // the last plot at either end closes the street with a tree-lined green
+    // the last plot at either end is a green with trees, which closes the street
     const bool end = plot == 0 || plot + 1 == int(spec.side);
     const double low = side > 0 ? 0 : -kWall, high = side > 0 ? kWall : 0;
     tile.add(makeFlush(rectangle(x0, low, x1, high, 0), Material::StreetGround, {}, hashKey(spec.seed, 3)))
@@ -57,7 +57,7 @@ void buildStreetTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
         const uint64_t seed = random.bits();
         const dvec3 fl{x, front, 0}, fr{stop, front, 0}, bl{x, back, 0}, br{stop, back, 0};
         const dvec3 up{0, 0, height};
-        // the facade faces the street; its left end, seen from outside, depends on the side
+        // corners of the facade from left to right as seen from the street
         if (side > 0)
             addFacade(tile, fl, fr, height, style, seed);
         else
@@ -69,7 +69,7 @@ void buildStreetTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
             const dvec3 &a = corners[i][0], &b = corners[i][1];
             tile.add(
                     makeQuad({a, b, b + up, a + up}, Material::Plain, style.wall * 0.9, hashKey(seed, 5 + uint64_t(i))))
-                .density = 0.35; // mostly hidden by the neighbour
+                .density = 0.35; // mostly hidden by the next house
         }
         const double y0 = std::min(front, back), y1 = std::max(front, back);
         tile.add(makeQuad(rectangle(x, y0, stop, y1, height - 0.6), Material::FlatRoof, {0.35, 0.33, 0.31},
@@ -80,7 +80,7 @@ void buildStreetTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
     }
     if (end || plot % 2 == 0)
         addTree(tile, x0 + random.between(4, 8), side * 5.3, random.between(5.5, 7.5), 6, random);
-    // parked cars stand nose to tail along the kerb
+    // cars are parked one behind the other along the kerb
     for (const double along : {3.0, 9.0})
         if (random.chance(0.6))
             addCar(tile, x0 + along + random.between(-0.5, 0.5), side * 3.05, side > 0 ? kPi : 0, random);
@@ -91,7 +91,7 @@ void buildStreetTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
         const dvec3 a{wall_x, plot == 0 ? low : high, 0}, b{wall_x, plot == 0 ? high : low, 0};
         addFacade(tile, a, b, 14.5, style, hashKey(spec.seed, 70 + index));
     }
-    // lamp
+    // a street lamp
     if (plot % 2 == 1) {
         const double lx = x0 + 6, ly = side * 4.7;
         addBox(tile, {{lx - 0.06, ly - 0.06, 0}, {lx + 0.06, ly + 0.06, 5}}, Material::Plain, {0.07, 0.08, 0.08},
@@ -104,7 +104,7 @@ std::vector<SourceCamera> streetCameras(const SceneSpec& spec)
 {
     std::vector<SourceCamera> cameras;
     const double reach = std::min(spec.half_extent - kStreetPlot, 90.0);
-    // there and back at eye height, on either pavement, looking a little to the other side
+    // photographs on either pavement, there and back, at eye height, looking a little towards the other side
     for (int i = 0; i < 48; ++i) {
         const double t = i % 24 / 23.0;
         const bool back = i >= 24;

@@ -8,9 +8,9 @@ namespace gsc {
 namespace {
 
 constexpr double kTwoPi = 2 * kPi;
-constexpr int kAreaRows = 32; // rows of the numeric area of an ellipsoid
+constexpr int kAreaRows = 32; // rows of which the area of an ellipsoid is summed
 
-// Length of the row at v, metres.
+// Length in metres of the row at v, 0 to 1.
 double rowWidth(const Surface& s, double v)
 {
     switch (s.shape) {
@@ -28,7 +28,7 @@ double columnHeight(const Surface& s)
 {
     switch (s.shape) {
     case Surface::Shape::Quad: {
-        // distance between the two horizontal edges, not along a slanted side
+        // distance between the two horizontal edges, also if the sides are slanted
         const dvec3 u = normalized(s.corner[1] - s.corner[0]);
         const dvec3 side = lerp(s.corner[3], s.corner[2], 0.5) - lerp(s.corner[0], s.corner[1], 0.5);
         return length(side - u * dot(side, u));
@@ -41,7 +41,7 @@ double columnHeight(const Surface& s)
     return 0;
 }
 
-// Lumps of a crown: a few waves over the sphere, in [-1, 1].
+// Displacement of a tree crown's surface, in [-1, 1]: a few waves over the sphere.
 double bumpAt(const Surface& s, double azimuth, double polar)
 {
     const double phase = kTwoPi * hashUnit(s.seed + 11), other = kTwoPi * hashUnit(s.seed + 12);
@@ -115,7 +115,8 @@ SurfacePoint surfacePoint(const Surface& s, double u, double v)
         p.t = dot(p.position - s.reference, p.tangent_v);
         return p;
     }
-    const double azimuth = kTwoPi * (u + hashUnit(s.seed + 5)); // the seam of each body lies elsewhere
+    // azimuth 0 differs from body to body
+    const double azimuth = kTwoPi * (u + hashUnit(s.seed + 5));
     const double ca = std::cos(azimuth), sa = std::sin(azimuth);
     if (s.shape == Surface::Shape::Disc) {
         p.position = s.center + dvec3{s.radii.x * v * ca, s.radii.y * v * sa, 0};
@@ -142,12 +143,13 @@ SurfacePoint surfacePoint(const Surface& s, double u, double v)
 Surface sunkSurface(const Surface& surface, double inset)
 {
     Surface s = surface;
-    constexpr double kMostShrink = 0.35; // largest inset, in half sizes: something must be left of the smallest body
+    // largest inset, as a share of half the size of the body, so that something is left of the smallest
+    constexpr double kMostShrink = 0.35;
     if (s.shape == Surface::Shape::Quad) {
         const SurfacePoint middle = surfacePoint(s, 0.5, 0.5);
         const double half = 0.5 * std::min(0.5 * (rowWidth(s, 0) + rowWidth(s, 1)), columnHeight(s));
         const double shrink = s.flush || half <= 0 ? 0 : std::min(kMostShrink, inset / half);
-        // walls keep their lower edge: they stand on something
+        // walls keep their lower edge, because they stand on something
         const bool wall = std::abs(middle.normal.z) < 0.5;
         const dvec3 low = lerp(surface.corner[0], surface.corner[1], 0.5);
         for (size_t i = 0; i < 4; ++i)

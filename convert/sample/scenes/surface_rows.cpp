@@ -14,13 +14,15 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t K = kSampleOffsets;
-// Sigma in units of the distance between Gaussians: sharp, or so wide that nothing behind shows through.
+// Sigma of a Gaussian, as a multiple of the distance to the next: sharp, for coarse levels, or so wide that nothing
+// behind shines through.
 constexpr double kSharpSigma = 0.64, kCoarseSigma = 0.7, kClosedSigma = 0.8;
-constexpr float kOpacityLogit = -2.1972246f; // logit(0.1), upstream's constant
-// every n-th anchor of an octree model's finest level shares its cell (trap 12)
+constexpr float kOpacityLogit = -2.1972246f; // logit(0.1), which the trainers store in every anchor
+// On the finest level of an octree model, one anchor in so many shares its cell with another, as in trained models.
 constexpr uint64_t kDuplicateEvery = 97;
 constexpr uint32_t kExtraSteps = 100;
-constexpr double kOneLightCell = 0.05; // metres; soft light in a room hardly changes over less
+// metres; in smaller cells of a room the light is computed once, because it hardly changes
+constexpr double kOneLightCell = 0.05;
 
 double logit(double display)
 {
@@ -28,8 +30,8 @@ double logit(double display)
     return std::log(x / (1 - x));
 }
 
-// (x, y, z) / w of a quaternion that turns the axes into (u, v, n), up to signs of axes, which an ellipsoid does not
-// show; chosen so that w >= 1/2 and the result stays below sqrt(3).
+// Rotation of the axes into (u, v, n) as (x, y, z) / w of a quaternion. Signs of axes are chosen freely, because an
+// ellipsoid looks the same, so that w >= 1/2 and the result stays below sqrt(3).
 dvec3 turnOf(dvec3 u, dvec3 v, dvec3 n)
 {
     dvec3 best{};
@@ -46,14 +48,14 @@ dvec3 turnOf(dvec3 u, dvec3 v, dvec3 n)
     return best;
 }
 
-// Share of a mirror facing along each axis; only surfaces that do face along one take part.
+// How much a surface mirrors towards each axis; 0 unless it faces along that axis.
 dvec3 glossAxes(dvec3 normal, double gloss)
 {
     const auto part = [&](double n) { return std::abs(n) > 0.85 ? (n > 0 ? gloss : -gloss) : 0.0; };
     return {part(normal.x), part(normal.y), std::max(0.0, part(normal.z))};
 }
 
-// Sum of that many steps of extra_up in fp32, as training leaves it.
+// Value of the column extra_level: so many additions of 0.01 in fp32, as training makes them.
 float extraLevel(uint32_t steps)
 {
     static const std::vector<float> sums = [] {
@@ -75,7 +77,8 @@ Box cellBounds(const Surface& surface, const Cell& cell)
             bounds = {p, p};
         bounds = {glm::min(bounds.min, p), glm::max(bounds.max, p)};
     }
-    const double pad = 0.2 + 0.2 * std::max(cell.width, cell.height); // round bodies bulge between their corners
+    // a round body bulges between the corners of a cell
+    const double pad = 0.2 + 0.2 * std::max(cell.width, cell.height);
     return {bounds.min - pad, bounds.max + pad};
 }
 
@@ -83,8 +86,8 @@ Box cellBounds(const Surface& surface, const Cell& cell)
 
 struct SurfaceRows::Patch {
     dvec3 center;
-    dvec3 target[K]; // centres of the Gaussians
-    dvec3 tone[K];   // logits of their colours
+    dvec3 target[K]; // centres of the Gaussians, in metres
+    dvec3 tone[K];   // logits of the Gaussians' colours
     dvec3 turn, gloss;
 };
 
@@ -107,11 +110,11 @@ void SurfaceRows::evaluate(const Surface& surface, const Cell& cell, const NearO
     dvec3 cell_light{};
     const bool one_light = m_spec.scene == SampleScene::Room && std::max(cell.width, cell.height) < kOneLightCell;
     for (uint32_t k = 0; k < K; ++k) {
-        // (k, 3 k) mod 10 is a square lattice, without a seam from cell to cell
+        // the points (k, 3 k) mod 10 form a square lattice, which continues across cells
         const double a = (k + 0.5) / K, b = ((3 * k) % K + 0.5) / K;
         SurfacePoint p = surfacePoint(surface, lerp(cell.u0, cell.u1, a), lerp(cell.v0, cell.v1, b));
         if (surface.ragged > 0) {
-            // twigs stand out by a share of the crown, however fine the Gaussians are
+            // twigs stand out by a share of the crown, however small the Gaussians are
             const double shift = surface.ragged * std::max(0.7 * width, 0.09 * surface.radii.x);
             const dvec3 jitter{random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)};
             p.position += jitter * shift;
@@ -124,7 +127,7 @@ void SurfaceRows::evaluate(const Surface& surface, const Cell& cell, const NearO
             display = m.emission;
         } else {
             const bool lit = surface.share == AnchorShare::Main && dot(m.reflectance, m.reflectance) > 0;
-            // note: a coarse level lies inside the body and is lit where the surface is
+            // note: a coarse level lies inside the body but must have the light of its surface
             const dvec3 at = p.position + p.normal * m_inset;
             if (lit && (k == 0 || !one_light))
                 cell_light = m_light.irradiance(near, at, p.normal, width, m.wrap);
@@ -144,7 +147,7 @@ void SurfaceRows::writeRow(const Surface& surface, const Cell& cell, uint32_t le
     cellPosition(m_grid, level, at, row);
     float* next = row + 3; // normals, or level, extra_level and info
     if (m_octree) {
-        // training raises the bias where photographs ask for detail: whole objects, unevenly
+        // training raises extra_level where photographs have detail: here for whole objects, by different amounts
         const double object = hashUnit(surface.seed + 1), own = hashUnit(key + 1);
         next[0] = float(level);
         next[1] = object < 0.4 ? extraLevel(1 + uint32_t((object / 0.4 * 0.8 + 0.19 * own) * kExtraSteps)) : 0.0f;
@@ -190,7 +193,8 @@ void SurfaceRows::writeRow(const Surface& surface, const Cell& cell, uint32_t le
     feature[kFeatureOpacity] = float(surface.ragged > 0 ? lerp(-0.3, 0.2, hashUnit(key + 7)) : 0.1);
     feature[kFeatureRagged] = float(surface.ragged);
     feature[kSampleFeatures] = kOpacityLogit;
-    scale[6] = 1; // rot_0; the others stay zero
+    // rot_0 of the unit quaternion; the others stay 0
+    scale[6] = 1;
 }
 
 void SurfaceRows::add(const Surface& original, uint32_t level, const CellLayout& layout, uint64_t first, uint64_t last)
@@ -200,8 +204,8 @@ void SurfaceRows::add(const Surface& original, uint32_t level, const CellLayout&
     m_rows.reserve(m_rows.size() + (last - first) * kSampleRowFloats);
     Surface surface = original;
     if (level + 1 < m_grid.levels && surface.all_levels) {
-        // note: a splat sorts by its centre, so a sunken one shows in front of the surface beyond depth / sin(2 angle)
-        // from it; at 45 degrees this is 1.4 sigma * 2, where it is faint
+        // note: splats are sorted by their centres, so one that is sunk shows in front of the surface at a distance
+        // above depth / sin(2 angle) from its centre; at 45 degrees this is 2.8 sigma, where it is faint
         const double step = std::sqrt(surfaceArea(surface) / double(layout.count) / K);
         m_inset = step;
         m_body = surface.shape == Surface::Shape::Quad

@@ -3,7 +3,8 @@
 //
 //   [FileHeader, profile 1][SectionEntry x 2]---[DATA]---[PART]---
 //
-//   An archive stands for one runtime file and gives its bytes back. That file is cut into parts: its header and table,
+//   An archive stands for one runtime file, whose bytes can be restored from it. The runtime file is cut into parts:
+// its header and table,
 //   each section but ANCH, each chunk payload. Bytes between the parts are zero. PART lists the parts in the order of
 //   their bytes, DATA holds them one behind the other: the streams' records, then the streams' bytes.
 #pragma once
@@ -16,52 +17,54 @@
 
 namespace gsc {
 
-constexpr uint32_t kSectionParts = fourCc("PART"); // ArchiveHeader, then ArchivePart x part_count
-constexpr uint32_t kSectionData = fourCc("DATA");  // the parts as they are stored
-constexpr uint32_t kArchiveFront = fourCc("HEAD"); // type of the part that holds header and table
+constexpr uint32_t kSectionParts = fourCc("PART"); // section: ArchiveHeader, then ArchivePart x part_count
+constexpr uint32_t kSectionData = fourCc("DATA");  // name of the section that holds the parts as they are stored
+// type of the part that holds the runtime file's header and section table
+constexpr uint32_t kArchiveFront = fourCc("HEAD");
 
-// A part may not stand for more than this many times its stored bytes, plus this many bytes: so a reader's memory is in
-// proportion to the file.
+// A part may not claim more raw bytes than this many times its stored bytes, plus kFreeExpansion bytes: so the memory
+// that a reader takes is in proportion to the file.
 constexpr uint64_t kMaxExpansion = 4096;
 constexpr uint64_t kFreeExpansion = 1 << 20;
 
-// How a stream is stored. Numbers are never used again for something else.
+// Tells how a stream is stored. A retired number is never used again.
 enum class Codec : uint16_t {
-    Raw = 0,  // not compressed
-    Zstd = 1, // byte planes (splitPlanes()), one Zstandard frame
-    // Grid positions and source indices of a chunk, from the first byte of the one array to the last of the other:
-    // OrderedHeader, then three pieces coded as Zstd does, or raw where one has its raw size. The Morton keys of `local`
-    // as 64-bit integers, ascending, the first and then the differences; and in the order of (key, source index) the
-    // position flags and the source indices. Anchors are in the order of (key >> 3 cell_log2, source index) again.
+    Raw = 0,  // the bytes as they are, not compressed
+    Zstd = 1, // byte planes (splitPlanes()) in one Zstandard frame
+    // Grid positions and source indices of a chunk, from the first byte of the one array to the last of the other.
+    // Stored are an OrderedHeader and three pieces, each coded as Zstd does, or raw where its size is its raw size: the
+    // Morton keys of `local` as 64-bit integers, ascending, the first and then the differences; the position flags; the
+    // source indices. Flags and source indices are in the order of (key, source index). A decoder sorts the anchors by
+    // (key >> 3 cell_log2, source index), which is their order in the chunk.
     Morton = 2,
-    Inverse = 3, // INDX: nothing is stored, it follows from the source indices of all chunks
-    // Floats that are multiples of a power of two, which the values of a span share: StepsHeader, then up to six pieces,
-    // coded as Zstd does, or raw where one has its raw size. An exponent per span, as signed bytes, kNoStep where all of its
-    // values are zero or masked; a bit for every three values, from the lowest on, set where all are kMaskedOffset; and
-    // planes of bytes, the lowest first, of every value of a span with a step that is not masked. Those lie by the
-    // exponent of their spans, the least first, then by their place. A plane's value of 2 s stands for s steps, of
-    // 2 s - 1 for -s.
+    Inverse = 3, // INDX: nothing is stored, for it follows from the source indices of all chunks
+    // Floats that are multiples of a power of two (step), which the values of a span share. Stored are a StepsHeader
+    // and up to six pieces, each coded as Zstd does, or raw where its size is its raw size. First an exponent per span,
+    // as signed bytes, kNoStep where all values of the span are zero or masked. Then masks: a bit for every three
+    // values, from the lowest bit on, set where all three are kMaskedOffset. Then planes of bytes, the lowest first, of
+    // every value that is not masked and whose span has a step; the values are sorted by the exponent of their span,
+    // the least first, then by place. A number 2 s in the planes stands for s steps, 2 s - 1 for -s steps.
     Steps = 4,
 };
 
 struct ArchiveHeader {
-    uint64_t raw_bytes;   // 0   of the runtime file, multiple of kSectionAlign
-    uint32_t part_count;  // 8
-    uint32_t reserved0;   // 12  zero
-    uint64_t reserved[6]; // 16  zero
+    uint64_t raw_bytes;   // byte 0: size of the runtime file, multiple of kSectionAlign
+    uint32_t part_count;  // byte 8: number of ArchivePart records behind this header
+    uint32_t reserved0;   // byte 12: zero
+    uint64_t reserved[6]; // byte 16: zero
 };
 static_assert(sizeof(ArchiveHeader) == 64 && std::is_trivially_copyable_v<ArchiveHeader>);
 
 struct ArchivePart {
-    uint32_t type;         // 0   of the section it lies in, or kArchiveFront
-    uint32_t stream_count; // 4   1..kMaxStreams
-    uint64_t raw_offset;   // 8   in the runtime file, multiple of kPayloadAlign
-    uint64_t raw_bytes;    // 16
-    uint64_t offset;       // 24  in DATA, right behind the part before
-    uint64_t bytes;        // 32
-    uint64_t raw_checksum; // 40  XXH3-64 of the raw bytes
-    uint64_t checksum;     // 48  XXH3-64 of the stored bytes
-    uint64_t first_anchor; // 56  of a chunk payload, else 0
+    uint32_t type;         // byte 0: type of the section that the part lies in, or kArchiveFront
+    uint32_t stream_count; // byte 4: number of streams, 1..kMaxStreams
+    uint64_t raw_offset;   // byte 8: place of the part in the runtime file, multiple of kPayloadAlign
+    uint64_t raw_bytes;    // byte 16: size of the part in the runtime file
+    uint64_t offset;       // byte 24: place in DATA, right behind the part before
+    uint64_t bytes;        // byte 32: size of the stored part in DATA
+    uint64_t raw_checksum; // byte 40: XXH3-64 of the part's raw bytes
+    uint64_t checksum;     // byte 48: XXH3-64 of the part's stored bytes
+    uint64_t first_anchor; // byte 56: first anchor of a chunk payload, else 0
 };
 static_assert(sizeof(ArchivePart) == 64 && offsetof(ArchivePart, checksum) == 48);
 static_assert(std::is_trivially_copyable_v<ArchivePart>);
@@ -69,35 +72,37 @@ static_assert(std::is_trivially_copyable_v<ArchivePart>);
 constexpr uint32_t kMaxStreams = 16;
 
 struct ArchiveStream {
-    uint16_t codec;      // 0   Codec
-    uint16_t element;    // 2   bytes of a value: 1, 2, 4 or 8
-    uint32_t columns;    // 4   values of a record, 1..65536; of Morton: anchors
-    uint32_t cell_log2;  // 8   of Morton, else 0
-    uint32_t sources;    // 12  source indices that end the raw bytes: Inverse reads them
-    uint64_t raw_offset; // 16  in the part; the streams of a part ascend without overlap, zero lies between them
-    uint64_t raw_bytes;  // 24
-    uint64_t bytes;      // 32  stored
+    uint16_t codec;     // byte 0: a value of Codec
+    uint16_t element;   // byte 2: bytes of a value: 1, 2, 4 or 8
+    uint32_t columns;   // byte 4: values of a record, 1..65536; for Morton: number of anchors
+    uint32_t cell_log2; // byte 8: LevelRecord::cell_log2 for Morton, else 0
+    uint32_t sources;   // byte 12: number of source indices at the end of the raw bytes, which Inverse reads
+    // byte 16: place of the stream in the part; the streams of a part ascend without overlap, bytes between them are
+    // zero
+    uint64_t raw_offset;
+    uint64_t raw_bytes; // byte 24: size in the part
+    uint64_t bytes;     // byte 32: stored size of the stream
 };
 static_assert(sizeof(ArchiveStream) == 40 && std::is_trivially_copyable_v<ArchiveStream>);
 
 constexpr uint32_t kMostStepPlanes = 3;
-constexpr int8_t kNoStep = -128; // else -126..127
+constexpr int8_t kNoStep = -128; // exponent of a span without a step; other exponents are -126..127
 
 struct StepsHeader {
-    uint32_t span;                         // 0   values that share an exponent: divides the stream's columns
-    uint32_t masks;                        // 4   1: there are masks, and columns are a multiple of 3; else 0
-    uint32_t planes;                       // 8   0..kMostStepPlanes
-    uint32_t reserved;                     // 12  zero
-    uint64_t exponent_bytes;               // 16
-    uint64_t mask_bytes;                   // 24
-    uint64_t plane_bytes[kMostStepPlanes]; // 32
+    uint32_t span;           // byte 0: number of values that share an exponent, divides the stream's columns
+    uint32_t masks;          // byte 4: 1 if masks are stored (columns are then a multiple of 3), else 0
+    uint32_t planes;         // byte 8: number of planes, 0..kMostStepPlanes
+    uint32_t reserved;       // byte 12: zero
+    uint64_t exponent_bytes; // byte 16: stored size of the exponents
+    uint64_t mask_bytes;     // byte 24: stored size of the masks
+    uint64_t plane_bytes[kMostStepPlanes]; // byte 32: stored size of each plane
 };
 static_assert(sizeof(StepsHeader) == 56 && std::is_trivially_copyable_v<StepsHeader>);
 
 struct OrderedHeader {
-    uint64_t key_bytes;    // 0
-    uint64_t flag_bytes;   // 8
-    uint64_t source_bytes; // 16
+    uint64_t key_bytes;    // byte 0: stored size of the keys
+    uint64_t flag_bytes;   // byte 8: stored size of the flags
+    uint64_t source_bytes; // byte 16: stored size of the source indices
 };
 static_assert(sizeof(OrderedHeader) == 24 && std::is_trivially_copyable_v<OrderedHeader>);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bounds-checked access to bytes from outside.
+// Bounds-checked access to bytes that come from outside the program, such as those of a file.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ public:
     [[nodiscard]] uint64_t size() const noexcept { return m_bytes.size(); }
     [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return m_bytes; }
 
-    // note: offset + count is never computed, it could wrap
+    // note: offset + count is never computed, because the sum could wrap around
     [[nodiscard]] bool contains(uint64_t offset, uint64_t count) const noexcept
     {
         return offset <= m_bytes.size() && count <= m_bytes.size() - offset;
@@ -32,7 +32,7 @@ public:
         return m_bytes.subspan(size_t(offset), size_t(count));
     }
 
-    // By value: the mapping makes no alignment promise for T.
+    // Returns a copy of the T at `offset`, which need not be aligned; nullopt if the T does not lie inside.
     template <typename T>
     [[nodiscard]] std::optional<T> load(uint64_t offset) const noexcept
     {
@@ -44,7 +44,7 @@ public:
         return value;
     }
 
-    // In place: nullopt also if the first record would not be aligned for T.
+    // Returns `count` records of T in place; nullopt if they do not lie inside, or the first is not aligned for T.
     template <typename T>
     [[nodiscard]] std::optional<std::span<const T>> array(uint64_t offset, uint64_t count) const noexcept
     {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// XXH3-64 with seed 0, the one checksum of the file and of its sources.
+// XXH3-64 with seed 0, the only kind of checksum in a .gsc file; the source files have it too.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ namespace gsc {
 
 [[nodiscard]] uint64_t checksum64(std::span<const std::byte> bytes);
 
-// Checksum of bytes that come in pieces: equal to checksum64() of their concatenation.
+// Checksum of bytes that come in pieces; equals checksum64() of all pieces joined.
 class Checksum64 {
 public:
     Checksum64();

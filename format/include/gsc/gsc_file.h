@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A .gsc file of either profile, as the bytes of a runtime file: mapped, or decoded into memory.
+// Bytes of a runtime file, from a .gsc file of either profile: a runtime file is mapped, an archive is decoded into
+// memory.
 #pragma once
 
 #include <gsc/file/mapped_file.h>
@@ -15,12 +16,12 @@ class GscFile {
 public:
     enum class Read {
         All,
-        Summary, // decode only the part of an archive that openGscSummary() reads; the rest is zero
+        Summary, // an archive: only the part that openGscSummary() reads; the rest is zero
     };
 
-    // Reports every problem of an archive to `sink`; isSound() is then false. The content of a runtime file
-    // is not looked at: openGsc() does that. `threads` decode, 0 = all cores. Throws Error: as MappedFile and
-    // refuseStandIn(); OutOfMemory for an archive that does not fit this machine; Interrupted.
+    // Opens the file. Reports every problem of an archive to `sink`; isSound() is then false. The content of a runtime
+    // file is not checked here, but by openGsc(). `threads`: number of threads that decode, 0 = all cores. Throws
+    // Error: as MappedFile and refuseStandIn(); OutOfMemory for an archive that does not fit this machine; Interrupted.
     GscFile(const std::string& path, const IssueSink& sink, Read read = Read::All, int threads = 0);
     ~GscFile();
     GscFile(const GscFile&) = delete;
@@ -28,11 +29,13 @@ public:
 
     [[nodiscard]] bool isSound() const noexcept { return m_sound; }
     [[nodiscard]] bool isArchive() const noexcept { return m_is_archive; }
-    [[nodiscard]] uint64_t storedBytes() const noexcept { return m_stored_bytes; } // bytes on the disk
-    // Aligned to 4096, valid as long as this object lives. Precondition: isSound().
+    // size of the file on the disk in bytes
+    [[nodiscard]] uint64_t storedBytes() const noexcept { return m_stored_bytes; }
+    // Bytes of the runtime file, aligned to 4096, valid as long as this object lives. Precondition: isSound().
     [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return m_bytes; }
-    // Gives back the memory of the pages that `part` of bytes() lies in. Reading them again maps them again, from the
-    // system's cache or the disk. Bytes that an archive was decoded to stay: they lie nowhere else. From any thread.
+    // Gives the memory pages of `part`, which lies in bytes(), back to the system. When they are read again, they come
+    // from the system's file cache or the disk. Does nothing for an archive, whose decoded bytes are nowhere else. May
+    // be called from any thread.
     void letGo(std::span<const std::byte> part) const noexcept;
 
 private:

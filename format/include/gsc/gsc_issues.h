@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Constants of the issue table: gsc::issue::ChunkOrigin == 4009.
+// Constants for the numbers in the issue table, such as gsc::issue::ChunkOrigin == 4009.
 #pragma once
 
 #include <cinttypes>
@@ -13,7 +13,7 @@ namespace issue {
 #undef GSC_ISSUE
 } // namespace issue
 
-// The detail formats one by one, so that the compiler checks the arguments of every report.
+// Formats of the issues' details as constants, so that the compiler checks the arguments of every report.
 namespace issue_detail {
 #define GSC_ISSUE(id, severity, name, summary, detail) inline constexpr char name[] = detail;
 #include <gsc/gsc_issues.def>

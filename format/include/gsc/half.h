@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// IEEE binary16, as its bits.
+// Converts floats to and from IEEE binary16 (half), which is held as its bits.
 #pragma once
 
 #include <gsc/hostdev.h>
@@ -10,7 +10,7 @@
 
 namespace gsc {
 
-constexpr uint16_t kMaxHalfBits = 0x7bff; // 65504, the largest finite one
+constexpr uint16_t kMaxHalfBits = 0x7bff; // bits of 65504, the largest finite half
 
 GSC_HD float halfToFloat(uint16_t half)
 {
@@ -20,7 +20,7 @@ GSC_HD float halfToFloat(uint16_t half)
     return half & 0x8000u ? -magnitude : magnitude;
 }
 
-// The nearest half, the even one on a tie: infinity from 65520, a NaN for a NaN.
+// Bits of the half nearest to `value`, on a tie the one with an even mantissa: infinity from 65520 on, a NaN for a NaN.
 GSC_HD uint16_t floatToHalf(float value)
 {
     uint32_t bits;
@@ -30,24 +30,25 @@ GSC_HD uint16_t floatToHalf(float value)
         return uint16_t(sign | 0x7e00u);
     if (magnitude >= 0x477ff000u)
         return uint16_t(sign | 0x7c00u);
-    if (magnitude < 0x38800000u) // below 2^-14: a multiple of 2^-24
+    if (magnitude < 0x38800000u) // below 2^-14 a half is a multiple of 2^-24
         return uint16_t(sign | uint32_t(std::nearbyint(std::abs(value) * 0x1p24f)));
-    // note: a mantissa that rounds up beyond its ten bits carries into the exponent
+    // note: if the mantissa rounds up beyond its ten bits, the carry goes into the exponent, as it should
     return uint16_t(sign | (magnitude + 0xfffu + (magnitude >> 13 & 1u) - 0x38000000u) >> 13);
 }
 
-// The smallest half that is not below `value`, for bounds of zero or more: 65504 beyond that and for NaN, 0 below 0.
+// Bits of the smallest half that is not below `value`, for bounds of zero or more: 65504 for larger values and NaN, 0
+// for values below 0.
 GSC_HD uint16_t floatToHalfUp(float value)
 {
     if (!(value <= 65504.0f))
         return kMaxHalfBits;
     if (value <= 0)
         return 0;
-    if (value < 0x1p-14f) // a multiple of 2^-24
+    if (value < 0x1p-14f) // there a half is a multiple of 2^-24
         return uint16_t(std::ceil(value * 0x1p24f));
     int exponent;
-    const float mantissa = std::frexp(value, &exponent); // 0.5 or more, below 1
-    // note: a mantissa that rounds up to 2^11 carries into the exponent, which is the next half
+    const float mantissa = std::frexp(value, &exponent); // mantissa in [0.5, 1)
+    // note: if the mantissa rounds up to 2^11, the carry goes into the exponent, which gives the next half
     return uint16_t(uint32_t(exponent + 13) * 0x400u + uint32_t(std::ceil(mantissa * 2048.0f)));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bottom of everything: the one macro that lets a function serve the CPU backend and a CUDA kernel.
+// GSC_HD, the one macro that makes a function usable both on a CPU and in a CUDA kernel.
 #pragma once
 
 #if defined(__CUDACC__)

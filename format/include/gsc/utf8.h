@@ -7,15 +7,15 @@
 
 namespace gsc {
 
-// Position of the first byte that is not part of well-formed UTF-8, or text.size().
+// Position of the first byte of `text` that is not part of well-formed UTF-8, or text.size().
 size_t utf8Prefix(std::string_view text);
 
-// `text` with what is not UTF-8 in it replaced by U+FFFD, and control characters but tabs and line ends by "?": names of files
-// may hold anything.
+// Copy of `text` with U+FFFD for what is not UTF-8, and "?" for control characters other than tabs and line ends: names
+// of files may hold any bytes.
 std::string validUtf8(std::string_view text);
 
-// A text file's bytes without their byte order mark, in UTF-8 where that says UTF-16 (PowerShell writes it). Other bytes,
-// those of binary files among them, come back as they are.
+// Returns the bytes of a text file as UTF-8 without a byte order mark; UTF-16 with such a mark (as PowerShell writes
+// it) is converted. Other bytes, also those of binary files, are returned unchanged.
 std::string decodedText(std::string bytes);
 
 } // namespace gsc

@@ -1,30 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bins in the image of an eye: where their pixels lie, and how those begin and end. For short lists and long ones.
+// Tells where the pixels of a bin lie in an eye's image, and what they hold before and after blending. Used for short
+// and long lists.
 #pragma once
 
 #include "kernels/blend/cuda/rules.cuh"
 
 namespace gsc {
 
-// A bin as one eye draws it.
+// A bin that is drawn by one eye.
 struct BinOfEye {
-    uint32_t entry, eye; // entry: list x bins + bin
+    // entry: number of the list among those of both eyes (list x bins + bin); eye: the one that draws the bin
+    uint32_t entry, eye;
 };
 
-// Number `i` of the bins that are blended, fullest first. Eyes that share a list follow each other.
+// Bin number `i` in the order of blending, fullest first. Eyes that share a list follow each other.
 __device__ __forceinline__ BinOfEye binAt(const BlendCudaArgs& args, uint32_t i)
 {
     const uint32_t readers = args.shared_bins ? kMaxEyes : 1u, entry = args.bin_queue[i / readers];
     return {entry, args.shared_bins ? i % kMaxEyes : entry >= args.grid.bins() ? 1u : 0u};
 }
 
-// Where a bin lies in the image of its eye, and its list.
+// Place of a bin in the image of its eye, and the range of its list.
 struct Area {
-    uint32_t eye, bin_x, bin_y; // pixels
-    uint32_t begin, end;        // range of the keys
+    uint32_t eye, bin_x, bin_y; // bin_x, bin_y: first pixel of the bin
+    uint32_t begin, end;        // range of the bin's list in `keys`
 };
 
-// False: left of the eye's image, or hidden by its lens.
+// Fills `area`; returns false if the bin is not drawn: it lies left of the eye's image, or the eye's lens hides it.
 template <typename T>
 __device__ __forceinline__ bool areaOf(const BlendCudaArgs& args, const BinOfEye& target, Area& area)
 {
@@ -37,8 +39,9 @@ __device__ __forceinline__ bool areaOf(const BlendCudaArgs& args, const BinOfEye
     return eye_column < args.grid.columns && args.lens[e].shows(eye_column, area.bin_y / kLensSquare);
 }
 
-// Values that a pixel of an eye starts with, or goes on with. Transmittance: as the rules have it, and below zero where there is no
-// pixel. Until it goes on the image of depths holds the transmittance of a pixel that has no depth yet, below zero.
+// Values of a pixel before blending: those of an empty pixel, or those that an earlier launch left. Transmittance is in
+// the units of the rules, and below zero where there is no pixel. While depths are found, the image of depths holds the
+// negative transmittance of pixels that have no depth yet.
 struct Begun {
     float transmittance, color[3];
 };
@@ -89,13 +92,14 @@ __device__ __forceinline__ void endPixel(const BlendCudaArgs& args, uint32_t e, 
         (e == 0 ? args.transmittance[0] : args.transmittance[1])[at] = transmittance;
 }
 
-// The element of `unfinished` for list `entry` and eye `eye`.
+// Word of `unfinished` for list `entry` and eye `eye`.
 __device__ __forceinline__ uint32_t& unfinishedOf(const BlendCudaArgs& args, uint32_t entry, uint32_t eye)
 {
     return args.unfinished[entry + (args.shared_bins ? eye * args.grid.bins() : 0u)];
 }
 
-// This lane's pixels in pair `i` of a warp's. (x0, y0): the bin's first pixel, as the rules count them.
+// Pixels of this lane in pair `i` of the sub-tile pairs of its warp. (x0, y0): first pixel of the bin, in the
+// coordinates that the rules use.
 template <typename T>
 __device__ __forceinline__ PixelPair pixelPair(uint32_t x0, uint32_t y0, const PairPlace& pairs, uint32_t i)
 {
@@ -104,7 +108,8 @@ __device__ __forceinline__ PixelPair pixelPair(uint32_t x0, uint32_t y0, const P
     return {{float(x), float(x + T::kLaneWidth)}, float(y0 + (pairs.row + i) * T::kHeight + lane / T::kLaneWidth)};
 }
 
-// Calls f(row, i, x, y) for the pixels of this lane, two in each of a warp's pairs, counted from the bin's first.
+// Calls f(row, i, x, y) for the pixels of this lane, two in each pair of its warp; (x, y) counts from the bin's first
+// pixel.
 template <typename T, typename F>
 __device__ __forceinline__ void forPixels(const PairPlace& pairs, F&& f)
 {
@@ -117,7 +122,7 @@ __device__ __forceinline__ void forPixels(const PairPlace& pairs, F&& f)
               (pairs.row + row) * T::kHeight + lane / T::kLaneWidth);
 }
 
-// Counted by warp: every lane holds the same.
+// Adds to the frame's counters the evaluations of each eye, of which all lanes of a warp hold the same number.
 __device__ __forceinline__ void countEvaluations(const BlendCudaArgs& args, const uint32_t (&evaluations)[kMaxEyes])
 {
     for (uint32_t e = 0; e < kMaxEyes; ++e)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiled with -fmad=false: gaussianPower() fuses the same operations as the trainers' kernel.
+// Tier `exact`, compiled with -fmad=false: gaussianPower() fuses those operations that the trainers' kernel fuses.
 #include "kernels/blend/cuda/blend_kernel.cuh"
 
 namespace gsc {

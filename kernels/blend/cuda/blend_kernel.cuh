@@ -42,8 +42,8 @@
 
 namespace gsc {
 
-// The bins whose lists are not long, beside LongPart::First (for depths, All), whose end leaves multiprocessors idle.
-// kRows: rows of sub-tiles of a warp that shares its bin with three others.
+// Blends the bins whose lists are short, beside the end of LongPart::First (for depths: All), which leaves
+// multiprocessors idle. kRows: rows of sub-tiles of each of the four warps that share a bin.
 template <typename Rules, uint32_t kRows>
 __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const __grid_constant__ BlendCudaArgs args)
 {
@@ -53,7 +53,7 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const
     }
     GSC_DYNAMIC_SHARED(memory);
     using Shared = BlendShared<Rules, kRows>;
-    static_assert(sizeof(Shared) <= 99 * 1024); // most that a block can have on compute capability 8.6, 8.9 and 12.0
+    static_assert(sizeof(Shared) <= 99 * 1024); // a block can have no more on compute capability 8.6, 8.9 and 12.0
     Shared& shared = *reinterpret_cast<Shared*>(memory);
     const uint32_t warp = threadIdx.x >> 5, g = threadIdx.x / kGroup;
     const uint32_t readers = args.shared_bins ? kMaxEyes : 1u;
@@ -91,10 +91,11 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const
     }
     if constexpr (!Rules::kDepth)
         countEvaluations(args, evaluations);
-    waitForEarlier(); // the frame is not done before its long lists are
+    waitForEarlier(); // so that the frame is not done before the long lists are
 }
 
-// A kernel may start beside another if it waits for that one in the end, which code for older devices does not.
+// Returns true if the kernel may start beside the one before it, for which it waits before it ends; code for older
+// devices does not wait.
 template <typename Kernel>
 bool waitsInTheEnd(Kernel* kernel)
 {
@@ -106,7 +107,7 @@ bool waitsInTheEnd(Kernel* kernel)
 template <typename Rules, uint32_t kRows>
 void launchRows(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    // blocks take bins from a queue, so more of them than the device holds at once would only wait for nothing
+    // limits the number of blocks to those that the device holds at once, since they take bins from a queue
     const auto tiles = [&](LongPart part) {
         launchCuda(tileKernel<Rules, kRows>, processors * Rules::kLoneBlocks, kLoneThreads, 0, stream, args, part);
     };
@@ -139,7 +140,7 @@ void launchBlend(const BlendCudaArgs& args, uint32_t processors, CUstream_st* st
         launchRows<Rules, 4>(args, processors, stream);
 }
 
-// Nothing is behind the counts.
+// Launches the kernels for the cost, whose picture has black behind the counts.
 template <typename Rules>
 void launchCost(BlendCudaArgs args, uint32_t processors, CUstream_st* stream)
 {

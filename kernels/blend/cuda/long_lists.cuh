@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Long lists: a warp blends two sub-tiles of a bin by itself.
+// Blends long lists: a warp blends two sub-tiles of a bin by itself.
 #pragma once
 
 #include "kernels/blend/cuda/bins.cuh"
@@ -10,15 +10,16 @@ namespace gsc {
 
 constexpr uint32_t kLoneThreads = 128;
 
-// Shared memory of half a warp.
+// Shared memory of one half of a warp.
 template <typename Rules>
 struct LoneShared {
     typename Rules::Lit lits[kHalf];
     uint16_t places[kPartKeys];
 };
 
-// Blends keys of a long list, those of `units` units, into sub-tiles of its bin. Gives the bytes of blendBin(), but for
-// the ends of needles, whose bounds are rounding. Returns whether the sub-tile of this half takes more.
+// Blends `units` units of a long list, from first_unit on, into the sub-tiles of a pair; each half of the warp has one.
+// Gives the same bytes as blendBin(), except at the ends of needles, whose bounds are rounding. Returns true if the
+// sub-tile of this half still takes light.
 template <typename Rules, typename T>
 __device__ __forceinline__ bool blendTile(const BlendCudaArgs& args, const Area& area, uint32_t first_unit,
                                           uint32_t units, const PairPlace& pair, const float (&least)[2], T& tile,
@@ -49,18 +50,19 @@ __device__ __forceinline__ bool blendTile(const BlendCudaArgs& args, const Area&
                     reinterpret_cast<uint4*>(&s)[part] = reinterpret_cast<const uint4*>(splats + slot)[part];
             return s;
         };
-        const auto depthOf = [&](uint32_t slot, uint32_t count) { // places are those of lists, which eyes may share
+        // an index of a list's splats, which eyes may share, so without first_slot
+        const auto depthOf = [&](uint32_t slot, uint32_t count) {
             return Rules::kDepth && lane < count ? __uint_as_float(args.places[slot].depth_bits) : 0.0f;
         };
-        // the splats of the next batch are on their way while this one is blended, and the slots of the one after it
+        // while a batch is blended, the splats of the next batch and the slots of the one after it are being loaded
         uint32_t key = 0, count = reader.next(key, open), slot = slotOf(key, count);
         Splat splat = fetch(slot, count);
         float depth = depthOf(slot, count);
         uint32_t next_count = reader.next(key, open);
         slot = slotOf(key, next_count);
         while (__any_sync(~0u, count != 0)) {
-            // A lane without a splat draws nothing. The order is compared, though no splat has this one, so that the
-            // register it is loaded to is not given to other values, which would wait for the load.
+            // A lane without a splat draws nothing. The comparison with `order`, which is always true, keeps the
+            // register that the splat is loaded to from being given to other values, which would wait for the load.
             Lit lit = Rules::nothing();
             if (lane < count && splat.order != ~0u) {
                 lit = Rules::light(splat, args, float(area.bin_x), float(area.bin_y));
@@ -68,7 +70,7 @@ __device__ __forceinline__ bool blendTile(const BlendCudaArgs& args, const Area&
                     lit.color[0] = depth;
             }
             const uint32_t drawn = count;
-            if (lane < ((drawn + 3) & ~3u)) // whole fours
+            if (lane < ((drawn + 3) & ~3u)) // fills up with nothing to a multiple of four splats
                 shared.lits[lane] = lit;
             count = next_count;
             splat = fetch(slot, count);
@@ -80,7 +82,7 @@ __device__ __forceinline__ bool blendTile(const BlendCudaArgs& args, const Area&
                 const Lit* const chosen[4] = {four, four + 1, four + 2, four + 3};
                 Rules::blend(chosen, args, at, least, transmittance, tile.color[0]);
             }
-            __syncwarp(); // the batch is written again
+            __syncwarp(); // waits before the next batch is written to `lits`
             evaluations += drawn;
             open = taking();
             if (open == 0) {
@@ -92,20 +94,20 @@ __device__ __forceinline__ bool blendTile(const BlendCudaArgs& args, const Area&
     return open != 0;
 }
 
-// Part of the long lists that a launch blends (blend_kernel.cuh). All: every list, as far as its units were found: depths,
-// which pixels have before their light ends.
+// Part of the long lists that a launch blends (blend_kernel.cuh). All: every list as far as its units were found. It is
+// for depths, which a pixel has before its light ends.
 enum class LongPart : uint32_t { First, Behind, All };
 
-// How a warp blends a segment; Whole: it is none.
+// Way in which a warp blends a segment; Whole: the list is not cut into segments.
 enum class SegmentWay : uint32_t { Whole, InTurn, Apart, Again };
 
-// Two sub-tiles of a long list that lie beside each other, and those of its units that a warp blends.
+// Work of a warp: two neighbouring sub-tiles of a long list, and the units [from, to) of the list that it blends.
 struct LonePair {
     BinOfEye bin;
     uint32_t pair, from, to;
-    uint32_t wanted;     // bit for either sub-tile
-    uint32_t first_unit; // number of the list's first unit for this reader
-    uint32_t segments;   // segments that the list is cut into behind its first units
+    uint32_t wanted;     // a bit for each of the two sub-tiles that still takes light
+    uint32_t first_unit; // number of the list's first unit for this eye
+    uint32_t segments;   // number of segments that the list is cut into behind its first units
     SegmentWay way;
 
     __device__ __forceinline__ uint32_t segment() const { return (from - kFirstUnits) / kSegmentUnits; }
@@ -118,14 +120,14 @@ __device__ __forceinline__ SegmentState& stateOf(const BlendCudaArgs& args, cons
     return args.segment_states[work.list() / kSegmentUnits * T::kBinPairs + work.pair];
 }
 
-// As item of the queue.
+// Number by which SegmentQueue and segment_pairs name a segment of a pair of sub-tiles.
 template <typename T>
 __device__ __forceinline__ uint32_t segmentItem(const LonePair& work, uint32_t segment)
 {
     return (work.list() + segment * kSegmentUnits) * T::kBinPairs + work.pair;
 }
 
-// Joins a segment that was blended in turn to those before it. Returns true if the next one is to be blended too.
+// Joins a segment that was blended in turn to those before it. Returns true if the next segment is to be blended too.
 template <typename Rules, typename T>
 __device__ __forceinline__ bool endInTurn(const BlendCudaArgs& args, const LonePair& work, const Area& area,
                                           const PairPlace& place, bool wanted, const SegmentQueue& queue, const T& tile)
@@ -167,7 +169,7 @@ __device__ __forceinline__ bool endInTurn(const BlendCudaArgs& args, const LoneP
     return false;
 }
 
-// Stores the result of a segment that was blended apart. The pair's last one joins all.
+// Stores the result of a segment that was blended apart. The warp that finishes the pair's last segment joins them all.
 template <typename Rules, typename T>
 __device__ __forceinline__ void endApart(const BlendCudaArgs& args, const LonePair& work, const Area& area,
                                          const PairPlace& place, bool wanted, const SegmentQueue& queue, const T& tile)
@@ -178,7 +180,7 @@ __device__ __forceinline__ void endApart(const BlendCudaArgs& args, const LonePa
     for (uint32_t i = 0; i < 2; ++i)
         if (wanted && !again)
             segments.store(work.segment(), i, tile.color[0][i], tile.transmittance[0][i]);
-        else if (tile.transmittance[0][i] > 0.0f) // the pixel's light ends here
+        else if (tile.transmittance[0][i] > 0.0f) // true if the pixel's light ends in this segment
             segments.storeColor(work.segment(), i, tile.color[0][i]);
     __threadfence();
     __syncwarp();
@@ -212,7 +214,8 @@ __device__ __forceinline__ void endApart(const BlendCudaArgs& args, const LonePa
     }
 }
 
-// The light a segment that is not the first starts with, none where its pixel needs nothing of it; and the bound.
+// Returns the light with which a pixel starts in a segment that is not the first, -1 if the pixel needs nothing of the
+// segment, and sets `least`, the light at which the pixel is done.
 template <typename Rules, typename T>
 __device__ __forceinline__ float beginSegment(const BlendCudaArgs& args, const LonePair& work, uint32_t i, float& least)
 {
@@ -224,14 +227,14 @@ __device__ __forceinline__ float beginSegment(const BlendCudaArgs& args, const L
         light = segments.transmittance(0, i);
     if (!Rules::takesLight(light, args.lifted_stop))
         return -1.0f;
-    // apart: of the light that reaches the first of them, and lower by more than its rounding, for the bound of less light must
-    // not be below it
+    // a segment blended apart takes the light that reaches the first such segment, and a bound lowered by more than its
+    // rounding: the bound of a pixel with less light must not be below it
     least = leastOf<Rules>(args, light) * (work.way == SegmentWay::Apart ? 1 - 0x1p-16f : 1.0f);
     return Rules::kWhole;
 }
 
-// more: there are units behind these; sub-tiles that take more light are left to be taken up again. True: the next segment is
-// to be blended.
+// Blends the work of a warp. more: the list has further units behind these; sub-tiles that still take light are then
+// marked in `unfinished` for a later launch. Returns true if the same warp must blend the next segment.
 template <typename Rules, typename T>
 __device__ __forceinline__ bool blendPair(const BlendCudaArgs& args, const LonePair& work, const Area& area, bool more,
                                           const SegmentQueue& queue, LoneShared<Rules>& shared, uint32_t& evaluations)
@@ -276,12 +279,12 @@ __device__ __forceinline__ bool blendPair(const BlendCudaArgs& args, const LoneP
     return false;
 }
 
-// Two sub-tiles by a warp.
+// Blends long lists; each warp takes one pair of sub-tiles after another.
 template <typename Rules, uint32_t kRows>
 __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
     tileKernel(const __grid_constant__ BlendCudaArgs args, LongPart part)
 {
-    launchDependents(); // the other bins take the multiprocessors that this leaves
+    launchDependents(); // the blocks of the next kernel may start on multiprocessors that this one leaves idle
     PassCounters& pass = args.counters->pass;
     const uint32_t readers = args.shared_bins ? kMaxEyes : 1u, longest = readers * pass.longest_bins;
     const uint32_t bins = part == LongPart::First && longest != 0 ? longest : readers * pass.long_bins;
@@ -290,7 +293,7 @@ __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
     using T = LoneTile<kRows>;
     __shared__ LoneShared<Rules> shared[kLoneThreads / kHalf];
     const uint32_t lane = threadIdx.x & 31u;
-    // order: first segments, then the other lists, then the queue
+    // order of the work: the first segments, then the other lists, then the queue
     uint32_t segment_pairs = 0, first_bin = 0;
     if constexpr (Rules::kSegments)
         if (part == LongPart::Behind) {
@@ -312,7 +315,7 @@ __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
         }
         next = __shfl_sync(~0u, next, 0);
         item = __shfl_sync(~0u, item, 0);
-        __syncwarp(); // all lanes see the writes that lane 0 waited for
+        __syncwarp(); // from here on all lanes see the writes that lane 0 waited for
         LonePair work{};
         if (item != SegmentQueue::kNone) {
             work.way = next < segment_pairs                 ? SegmentWay::InTurn
@@ -334,7 +337,8 @@ __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
         const auto unfinished = [&]() -> uint32_t& { return unfinishedOf(args, work.bin.entry, work.bin.eye); };
         work.wanted = work.from != 0 ? unfinished() >> 2 * work.pair & 3u : 3u;
         Area area{};
-        if (!areaOf<T>(args, work.bin, area) || work.wanted == 0) // no segments are listed of these
+        // such a pair has no listed segments, so queue.finish() is not needed
+        if (!areaOf<T>(args, work.bin, area) || work.wanted == 0)
             continue;
         const uint32_t all = (area.end - area.begin + kTouchUnit - 1) / kTouchUnit;
         work.first_unit = args.bin_units[work.bin.entry] + (args.shared_bins ? work.bin.eye * all : 0u);
@@ -345,7 +349,7 @@ __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
             work.to = min(all, work.from + kSegmentUnits);
         }
         area.begin += work.from * kTouchUnit;
-        uint32_t seen = 0; // splats seen by this half warp
+        uint32_t seen = 0; // number of splats that this half of the warp has blended
         while (blendPair<Rules, T>(args, work, area, part == LongPart::First && work.to != all, queue,
                                    shared[threadIdx.x / kHalf], seen)) {
             area.begin += kSegmentUnits * kTouchUnit;

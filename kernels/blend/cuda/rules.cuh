@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rules by which a splat changes a pixel: of either tier, and those that find depths or count costs.
+// Rules by which a splat changes a pixel: one set for each tier, and sets that find depths or count the cost.
 #pragma once
 
 #include "kernels/blend/blend_cuda.h"
@@ -10,34 +10,34 @@
 
 namespace gsc {
 
-// Where rules mark a finished pixel: its light is below zero, and the absolute value is final.
+// Marks a pixel as finished by making its light negative; the absolute value is final.
 __device__ __forceinline__ float finished(float T)
 {
-    return __uint_as_float(__float_as_uint(T) | 0x80000000u); // -fabsf(T) takes two instructions
+    return __uint_as_float(__float_as_uint(T) | 0x80000000u); // one instruction, where -fabsf(T) takes two
 }
 
-// A splat as blending reads it, in shared memory. 48 bytes: threads beside each other write them without meeting in a
-// bank, which 64 would not do. log2 of the falloff at a pixel counted from the bin's first is -u^2 - v^2, with
-// u = slope_x px + slope_y py + u0 and v = slope py + v0. Nothing cancels but in u and v, and little there: only of a needle
-// are slopes large and its place far away.
+// Rules of tier `fast`. Lit is a splat as blending reads it, in shared memory. 48 bytes: threads beside each other
+// write them without meeting in a bank, which 64 would not do. log2 of the falloff at a pixel counted from the bin's
+// first is -u^2 - v^2, with u = slope_x px + slope_y py + u0 and v = slope py + v0. Only the sums u and v lose digits,
+// and few: slopes and u0 are large only for needles.
 //
-// Opacities are divided by kWhole and light is multiplied by it, so their product is as before, and an alpha below 1/255 is
-// a subnormal number, which exp2Approx() flushes to zero: no comparison is needed. A pixel is finished once its light is
-// below the bound; light only falls, so it stays finished. A pixel's colour starts as the background, and splats hold their
-// colour less the background, so the light that is left is not needed in the end.
+// Opacities are divided by kWhole and light is multiplied by it, so that their product is unchanged and an alpha below
+// 1/255 is a subnormal number, which exp2Approx() flushes to zero: no comparison is needed. A pixel is finished once
+// its light is below the bound; light only falls, so it stays finished. A pixel's colour starts as the background, and
+// splats hold their colour less the background, so the light that is left is not needed in the end.
 struct FastRules {
     using Splat = PackedSplat;
     static constexpr bool kDepth = false;
-    static constexpr bool kInBin = true;        // pixels are counted from the bin's first
-    static constexpr bool kCodes = true;        // codes tell which pixels a small splat touches
-    static constexpr bool kOnBackground = true; // a pixel's colour starts as the background
-    static constexpr bool kSegments = true;     // the longest lists are cut (segments.cuh)
-    // blocks per multiprocessor for sub-tiles of long lists: 80 registers a thread
+    static constexpr bool kInBin = true;        // pixels are counted from the first pixel of the bin
+    static constexpr bool kCodes = true;        // splats have codes that tell which pixels a small splat touches
+    static constexpr bool kOnBackground = true; // the colour of a pixel starts as the background
+    static constexpr bool kSegments = true;     // the longest lists are cut into segments (segments.cuh)
+    // blocks per multiprocessor of the kernel for long lists, which leaves 80 registers to a thread
     static constexpr uint32_t kLoneBlocks = 6;
-    static constexpr float kWholeLog2 = 118.005646563141f; // 126 - log2(255)
-    static constexpr float kWhole = 0x1.010102p118f;       // 2^126 / 255
+    static constexpr float kWholeLog2 = 118.005646563141f; // log2(kWhole) = 126 - log2(255)
+    static constexpr float kWhole = 0x1.010102p118f;       // 2^126 / 255, the light of a pixel before the first splat
     struct alignas(16) Lit {
-        float slope_x, slope_y, u0, slope, v0, log_opacity, color[3]; // log2, of the opacity over kWhole
+        float slope_x, slope_y, u0, slope, v0, log_opacity, color[3]; // log_opacity: log2(opacity / kWhole)
     };
     static_assert(sizeof(Lit) == 48);
 
@@ -48,8 +48,8 @@ struct FastRules {
         return __log2f(stepsOf(*reinterpret_cast<const uint32_t*>(&s.color[2])).y);
     }
 
-    // (x0, y0): the bin's first pixel. Never contracted: bins are blended by two instances of this, which must agree to the
-    // last bit.
+    // Prepares a splat for the bin whose first pixel is (x0, y0). No operation is contracted: two instances of this
+    // code blend bins, and must agree to the last bit.
     static __device__ __forceinline__ Lit light(const Splat& s, const BlendCudaArgs& args, float x0, float y0)
     {
         const float2 rg = stepsOf(*reinterpret_cast<const uint32_t*>(&s.color[0]));
@@ -69,13 +69,14 @@ struct FastRules {
     {
         constexpr float kLog255 = 7.99435343685886f;
         const float a = s.factor[0], b = s.factor[1], c = s.factor[2], yy = b * b + c * c;
-        if (!(c * c > kTrustedDeterminant * yy && a > 0.0f)) // or no ellipse at all, which upstream draws all the same
+        // also for a matrix that is no ellipse, which the trainers' code draws all the same
+        if (!(c * c > kTrustedDeterminant * yy && a > 0.0f))
             return unbounded();
         return boundsOf(a * a, a * b, yy, a * c * (a * c), logOpacity(s) + kLog255 + 4e-3f);
     }
 
-    // The radius is computed anew, from the inverse of the covariance. Needles are drawn wherever their ellipse reaches.
-    // Never contracted, as light().
+    // Pixels in which the splat may be drawn. The radius is computed anew, from the inverse of the covariance. Needles
+    // are drawn wherever their ellipse reaches. No operation is contracted, as in light().
     static __device__ __forceinline__ PixelBox box(const Splat& s, const RasterConstants& rules)
     {
         constexpr float kTwoLn2 = 1.38629436111989f;
@@ -97,7 +98,7 @@ struct FastRules {
                 floorf((s.y + r + kTile - 1.0f) / kTile) * kTile - 1.0f};
     }
 
-    // Falloff at a pixel, in units of kWhole, before the cap on alpha.
+    // Falloff of a splat at pixel (px, py), divided by kWhole, before alpha is capped.
     static __device__ __forceinline__ float falloff(const Lit& s, float px, float py)
     {
         const float u = fmaf(s.slope_x, px, fmaf(s.slope_y, py, s.u0)), v = fmaf(s.slope, py, s.v0);
@@ -109,16 +110,16 @@ struct FastRules {
         return fminf(args.rules.alpha_cap, kWhole * falloff(s, px, py));
     }
 
-    // The light behind a splat, where light is counted from 1 (DepthRules).
+    // Light behind a splat, where light is counted from 1 (DepthRules).
     static __device__ __forceinline__ float behind(float T, float alpha) { return __fsub_rn(T, __fmul_rn(alpha, T)); }
 
-    // The light behind a splat, as blend() has it.
+    // Light behind a splat at pixel (px, py), computed as blend() does.
     static __device__ __forceinline__ float pass(const Lit& s, const BlendCudaArgs& args, float px, float py, float T)
     {
         return fmaf(-kWhole, __fmul_rn(fminf(args.lifted_cap, falloff(s, px, py)), T), T);
     }
 
-    // Arguments of a launch: `args` with the cap and the bound in units of these rules.
+    // Arguments of a launch: `args` with cap and bound converted to the units of these rules.
     static BlendCudaArgs lifted(BlendCudaArgs args)
     {
         args.lifted_cap = args.rules.alpha_cap / kWhole;
@@ -126,8 +127,9 @@ struct FastRules {
         return args;
     }
 
-    // Four splats in a row without a branch, for two pixels of a row: their falloffs do not wait for each other, only the
-    // light does. Never contracted: bins are blended by two instances of this, which must agree to the last bit.
+    // Blends four splats, in a row and without a branch, into two pixels of a row: the falloffs do not wait for each
+    // other, only the light does. No operation is contracted: two instances of this code blend bins, and must agree to
+    // the last bit.
     static __device__ __forceinline__ void blend(const Lit* const (&splats)[4], const BlendCudaArgs& args,
                                                  const PixelPair& at, const float (&least)[2], float (&T)[2],
                                                  float (&color)[2][3])
@@ -144,19 +146,19 @@ struct FastRules {
             for (uint32_t p = 0; p < 2; ++p) {
                 const float weight = __fmul_rn(alphas[i][p], T[p]);
                 T[p] = fmaf(-kWhole, weight, T[p]);
-                // the splat that crosses the bound is not drawn
+                // the splat that would bring the light below the bound is not drawn
                 addColorWhere(T[p], least[p], weight, splats[i]->color, color[p]);
             }
     }
 
-    // Draws nothing anywhere.
+    // A splat that draws nothing anywhere.
     static __device__ __forceinline__ Lit nothing()
     {
         return {0, 0, 0, 0, 0, -INFINITY, {0, 0, 0}};
     }
 };
 
-// kGsplat: RasterConstants::gsplat.
+// Rules of tier `exact`, in the trainers' arithmetic. kGsplat: value of RasterConstants::gsplat.
 template <bool kGsplat>
 struct ExactRules {
     using Splat = ExactSplat;
@@ -165,7 +167,8 @@ struct ExactRules {
     static constexpr uint32_t kLoneBlocks = 8;
     static constexpr float kWhole = 1.0f;
     struct alignas(16) Lit {
-        float x, y, half_a, b, half_c, opacity, color[3]; // halves of the conic's, below zero: halving is exact
+        // half_a, half_c: halves of the conic's a and c, negated; halving is exact
+        float x, y, half_a, b, half_c, opacity, color[3];
     };
 
     static __device__ __forceinline__ bool takesLight(float T, float) { return T > 0.0f; }
@@ -184,8 +187,9 @@ struct ExactRules {
     static __device__ __forceinline__ Bounds bounds(const Splat& s)
     {
         const float a = s.conic[0], b = s.conic[1], c = s.conic[2], det = a * c - b * b;
-        // a determinant is a difference that thin ellipses make inexact
-        if (!(det > 1e-3f * a * c && a > 0.0f && c > 0.0f)) // or no ellipse at all, which upstream draws all the same
+        // thin ellipses have an inexact determinant, which is a difference; others are no ellipse at all, which the
+        // trainers' code draws all the same
+        if (!(det > 1e-3f * a * c && a > 0.0f && c > 0.0f))
             return unbounded();
         return boundsOf(a, b, c, det, 2.0f * __logf(255.0f * s.opacity) + 4e-3f);
     }
@@ -213,8 +217,8 @@ struct ExactRules {
 
     static __device__ __forceinline__ float behind(float T, float alpha) { return T * (1.0f - alpha); }
 
-    // blendStep() for four splats in a row without a branch, to the same bits. A splat that is not drawn has alpha zero,
-    // which adds nothing and leaves the transmittance; a finished pixel's is negative and stays below the bound.
+    // Does blendStep() for four splats in a row without a branch, with equal bits. A splat that is not drawn has alpha
+    // zero, which adds nothing and keeps the transmittance; that of a finished pixel is negative, below the bound.
     static __device__ __forceinline__ void blend(const Lit* const (&splats)[4], const BlendCudaArgs& args,
                                                  const PixelPair& at, const float (&)[2], float (&T)[2],
                                                  float (&color)[2][3])
@@ -233,26 +237,26 @@ struct ExactRules {
                 for (int c = 0; c < 3; ++c)
                     color[p][c] = kGsplat ? fmaf(T[p] * a, splats[i]->color[c], color[p][c])
                                           : fmaf(T[p], a * splats[i]->color[c], color[p][c]);
-                T[p] = drawn ? next : finished(T[p]); // the Gaussian that crosses the bound is not drawn
+                T[p] = drawn ? next : finished(T[p]); // the Gaussian that takes the light below the bound is not drawn
             }
         }
     }
 
-    // Splat with an opacity of zero.
+    // A splat with opacity zero.
     static __device__ __forceinline__ Lit nothing()
     {
         return {};
     }
 };
 
-// Models of either kind, for a kernel that is seldom wanted and not worth two.
+// Rules of tier `exact` for models with and without gsplat, in a kernel seldom used, so two are not worth compiling.
 struct AnyExactRules : ExactRules<false> {
     static __device__ __forceinline__ float alpha(const Lit& s, const BlendCudaArgs& args, float px, float py)
     {
         return alphaOf(s, args, px, py, args.rules.gsplat);
     }
 
-    // The light behind a splat, as blend() has it.
+    // Light behind a splat at pixel (px, py), computed as blend() does.
     static __device__ __forceinline__ float pass(const Lit& s, const BlendCudaArgs& args, float px, float py, float T)
     {
         const float next = behind(T, alpha(s, args, px, py));
@@ -260,12 +264,13 @@ struct AnyExactRules : ExactRules<false> {
     }
 };
 
-// Finds a pixel's depth (FrameTarget::depth) instead of its colour. A splat's is color[0]; a pixel that has one is
-// finished. The bound at which light ends is far below half of it, so the rules need not look at it.
+// Finds the depth of a pixel (FrameTarget::depth) instead of its colour. color[0] is the depth of the splat; a pixel
+// that has a depth is finished. A depth is found when half of the light is left, far above the bound at which light
+// ends, so these rules ignore the bound.
 template <typename Base>
 struct DepthRules : Base {
     static constexpr bool kDepth = true, kSegments = false;
-    static constexpr float kWhole = 1.0f; // light is counted from 1, and that of a finished pixel marked
+    static constexpr float kWhole = 1.0f; // light is counted from 1; that of a finished pixel is marked by its sign
 
     static __device__ __forceinline__ bool takesLight(float T, float) { return T > 0.0f; }
 
@@ -285,17 +290,17 @@ struct DepthRules : Base {
     }
 };
 
-// Counts in color[0] how many splats are evaluated for a pixel. As in the picture a pixel that is finished counts on until
-// all of its sub-tile are, and what fills up a four does not count.
+// Counts in color[0] the splats that are evaluated for a pixel. As in the picture, a finished pixel counts on until all
+// pixels of its sub-tile are finished; what fills up four splats does not count.
 template <typename Base>
 struct CostRules : Base {
-    static constexpr bool kSegments = false; // counts add up to those of a list that is not cut
+    static constexpr bool kSegments = false; // off, so that counts are those of a list that is not cut
 
     static __device__ __forceinline__ typename Base::Lit light(const typename Base::Splat& s, const BlendCudaArgs& args,
                                                                float x0, float y0)
     {
         typename Base::Lit lit = Base::light(s, args, x0, y0);
-        lit.color[0] = 1.0f; // marks a splat; nothing() has 0
+        lit.color[0] = 1.0f; // 1 for each splat; nothing() has 0
         return lit;
     }
 

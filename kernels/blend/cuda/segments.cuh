@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Segments of long lists, of kSegmentUnits units each, behind the first units. A sub-tile that still takes light there may have
-// most of a million keys to go through. A warp blends the segments of its pair of sub-tiles in turn; once other warps have
-// nothing left to do, it puts those that it has not begun into a queue, and the others blend them apart.
+// Segments of long lists, of kSegmentUnits units each, behind the first units. A sub-tile that still takes light there
+// may have to go through most of a million keys. A warp blends the segments of its pair of sub-tiles in turn; once
+// other warps have nothing left to do, it puts those that it has not begun into a queue, and the others blend them
+// apart.
 //
-// Pictures do not depend on which warp takes what when. Each segment but the first is blended as if all light reached it, and
-// what it leaves is multiplied. The bound at which light ends is divided by the light that reaches the segment. Where only
-// the light that reaches the first of those apart is known, that bound is too low: pixels whose light turns out to end in a
-// segment have it blended again.
+// Pictures do not depend on which warp takes what when. Each segment but the first is blended as if all light reached
+// it, and what it leaves is multiplied. The bound at which light ends is divided by the light that reaches the segment.
+// While only the light that reaches the first segment blended apart is known, that bound is too low: if the light of a
+// pixel turns out to end in a segment, the segment is blended again for that pixel.
 #pragma once
 
 #include "kernels/blend/cuda/bins.cuh"
 
 namespace gsc {
 
-// The segments of a list for a sub-tile: this lane's pixels of segment 0.
+// Pixels of a sub-tile in each segment of its list. first: this lane's pixels of segment 0.
 template <typename T>
 struct SegmentsOfTile {
     SegmentPixel* first;
@@ -24,7 +25,7 @@ struct SegmentsOfTile {
     {
     }
 
-    // Pixel `i` of this lane, as other multiprocessors left it.
+    // Reads pixel `i` of this lane as other multiprocessors stored it.
     __device__ __forceinline__ SegmentPixel load(uint32_t segment, uint32_t i) const
     {
         const float4 four = __ldcg(reinterpret_cast<const float4*>(at(segment, i)));
@@ -54,14 +55,15 @@ private:
     }
 };
 
-// The bound of a segment's light that `light` reaches, which is not below the bound.
+// Bound at which light ends in a segment that is blended as if all light reached it, while really `light` does.
+// Precondition: `light` is not below the bound of the picture.
 template <typename Rules>
 __device__ __forceinline__ float leastOf(const BlendCudaArgs& args, float light)
 {
     return __fdividef(args.lifted_stop, __fmul_rn(light, 1.0f / Rules::kWhole));
 }
 
-// The light behind a segment that leaves `left` of the whole; below zero if it ends there.
+// Light behind a segment that lets the share `left` of its light through; below zero if light ends in the segment.
 template <typename Rules>
 __device__ __forceinline__ float behindSegment(const BlendCudaArgs& args, float light, float left)
 {
@@ -70,7 +72,7 @@ __device__ __forceinline__ float behindSegment(const BlendCudaArgs& args, float 
     return left >= leastOf<Rules>(args, light) ? __fmul_rn(light, __fmul_rn(left, 1.0f / Rules::kWhole)) : -1.0f;
 }
 
-// Puts a segment behind `before`.
+// Adds a segment (colour, share of light let through) behind the pixel `before`.
 template <typename Rules>
 __device__ __forceinline__ void join(const BlendCudaArgs& args, SegmentPixel& before, const float* color, float left)
 {
@@ -80,7 +82,7 @@ __device__ __forceinline__ void join(const BlendCudaArgs& args, SegmentPixel& be
     before.transmittance = behindSegment<Rules>(args, before.transmittance, left);
 }
 
-// The light that reaches segment `segment` at pixel `i`, if it ends there; else -1. first: of those apart.
+// Light that reaches `segment` at pixel `i` if it ends there, else -1. first: first segment that was blended apart.
 template <typename Rules, typename T>
 __device__ __forceinline__ float lightThatEnds(const BlendCudaArgs& args, const SegmentsOfTile<T>& segments,
                                                uint32_t first, uint32_t segment, uint32_t i)
@@ -93,8 +95,8 @@ __device__ __forceinline__ float lightThatEnds(const BlendCudaArgs& args, const 
                                                                                                          : -1.0f;
 }
 
-// Calls f(segment) for those from `first` to before `end` in which light of a pixel ends. The whole warp together. wanted: of
-// this half.
+// Calls f(segment) for the segments [first, end) in which the light of some pixel ends. All lanes of the warp call it
+// together. wanted: whether this half's sub-tile is blended.
 template <typename Rules, typename T, typename F>
 __device__ __forceinline__ void forEnds(const BlendCudaArgs& args, const SegmentsOfTile<T>& segments, uint32_t first,
                                         uint32_t end, bool wanted, F&& f)
@@ -116,7 +118,7 @@ __device__ __forceinline__ void forEnds(const BlendCudaArgs& args, const Segment
     }
 }
 
-// A pixel behind all segments, those apart from `first` to before `end`.
+// Pixel `i` of this lane with all segments joined; those in [first, end) were blended apart.
 template <typename Rules, typename T>
 __device__ __forceinline__ SegmentPixel joined(const BlendCudaArgs& args, const SegmentsOfTile<T>& segments,
                                                uint32_t first, uint32_t end, uint32_t i)
@@ -130,17 +132,18 @@ __device__ __forceinline__ SegmentPixel joined(const BlendCudaArgs& args, const 
     return sum;
 }
 
-// A queue of segments. An item is a segment's first unit times the pairs of a bin, plus the pair of sub-tiles, and kAgain if it
-// is for the pixels whose light ends there. Each warp that asks gets a place of its own and polls only that: a thousand warps
-// that poll one word slow each other down. At the end every place still waited for gets kEnd.
+// Queue of segments, from which warps take work. An item is a segment's first unit times the pairs of a bin, plus the
+// pair of sub-tiles; with kAgain the segment is blended again for pixels whose light ends there. Each warp that asks
+// gets a place of its own and polls only that: a thousand warps that poll one word slow each other down. At the end
+// each place that is still waited for gets kEnd.
 struct SegmentQueue {
-    static constexpr uint32_t kAgain = 1u << 31, kNone = ~0u; // kNone: no item will come any more
+    static constexpr uint32_t kAgain = 1u << 31, kNone = ~0u; // kNone: no item is left and none will come
 
     PassCounters& pass;
     uint32_t* items;
-    uint32_t warps; // warps that may wait at the queue
+    uint32_t warps; // number of warps that may wait at the queue
 
-    // Puts item(i) for i < count there. By one lane.
+    // Puts item(i) for i < count into the queue. Called by one lane.
     template <typename F>
     __device__ __forceinline__ void push(uint32_t count, F&& item) const
     {
@@ -155,7 +158,8 @@ struct SegmentQueue {
         return loadAcquire(&pass.segments_taken) > loadAcquire(&pass.segments_pushed);
     }
 
-    // The next, or kNone; waits. By one lane, and not again after kNone.
+    // Takes the next item, and waits until there is one; returns kNone if there will be none. Called by one lane, and
+    // not again after kNone.
     __device__ __forceinline__ uint32_t take() const
     {
         uint32_t* const at = items + atomicAdd(&pass.segments_taken, 1u);
@@ -167,7 +171,8 @@ struct SegmentQueue {
         }
     }
 
-    // After an item and all that it put there; by the whole warp. first: items that come from elsewhere.
+    // To be called after an item, and all items that it put into the queue; by the whole warp. first: number of items
+    // that come from outside the queue.
     __device__ __forceinline__ void finish(uint32_t first) const
     {
         const uint32_t lane = threadIdx.x & 31u;
@@ -176,7 +181,7 @@ struct SegmentQueue {
         if (lane == 0) {
             __threadfence();
             const uint32_t finished = atomicAdd(&pass.segments_finished, 1u) + 1;
-            __threadfence(); // the other count must not be read before
+            __threadfence(); // so that the other count is not read before
             const uint32_t pushed = loadAcquire(&pass.segments_pushed);
             end = finished == first + pushed ? pushed : kNone;
         }
@@ -186,7 +191,7 @@ struct SegmentQueue {
     }
 
 private:
-    static constexpr uint32_t kEnd = kNone - 1; // there are no more items
+    static constexpr uint32_t kEnd = kNone - 1; // value of a place: there are no more items
 };
 
 } // namespace gsc

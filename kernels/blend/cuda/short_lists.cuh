@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Short lists: four warps blend a bin together.
+// Blends short lists: four warps blend a bin together.
 #pragma once
 
 #include "kernels/blend/cuda/bins.cuh"
@@ -10,12 +10,12 @@
 namespace gsc {
 
 constexpr uint32_t kBlendThreads = 256;
-constexpr uint32_t kGroup = 128; // threads that blend a bin together, unless its list is long
+constexpr uint32_t kGroup = 128; // threads that blend a bin together if its list is short
 constexpr uint32_t kGroups = kBlendThreads / kGroup;
-constexpr uint32_t kBlendBlocks = 3; // blocks per multiprocessor
+constexpr uint32_t kBlendBlocks = 3; // blocks that run on a multiprocessor at once
 static_assert(kBinWidth == 32);
 
-// Threads of a block that blend a bin together.
+// Threads of a block that blend one bin together.
 struct Team {
     uint32_t barrier, thread;
 
@@ -23,7 +23,7 @@ struct Team {
     __device__ __forceinline__ bool any(bool value) const { return barrierAny(barrier, kGroup, value); }
 };
 
-// The place of a warp that shares its bin with three others: it has a quarter of the bin.
+// First sub-tiles of this warp in a bin that it shares with three others: each has a quarter.
 template <typename T>
 __device__ __forceinline__ PairPlace quarterOfBin()
 {
@@ -31,8 +31,8 @@ __device__ __forceinline__ PairPlace quarterOfBin()
     return {(warp >> 1 & 1u) * T::kRows, 2 * (warp & 1u)};
 }
 
-// Where a batch's splats lie, in bytes from the block's first (BlendShared::batches), for the lists of sub-tiles: as words
-// where memory allows it, which spares the loop taking them apart.
+// Place of a splat in a list of a sub-tile: in bytes from the block's first splat (BlendShared::batches). It is a word
+// where memory allows, since half words must be taken apart in the loop.
 template <typename T>
 using ListEntry = std::conditional_t<T::kRows * T::kColumns <= 4, uint32_t, uint16_t>;
 
@@ -41,11 +41,11 @@ struct alignas(4 * sizeof(Entry)) FourEntries {
     Entry at[4];
 };
 
-// Blends `m` splats of shared memory, front to back, into the tile of this warp; the one after the team's last draws
-// nothing. First the splats of every sub-tile are listed, then each list is blended: a warp that tests and one that blends
-// both keep all lanes busy. memory, batch: the block's first splat, and the batch's in bytes from it. (x0, y0): the bin's
-// first pixel, as the rules count them. lists: this warp's, one entry per sub-tile and thread of the team. Returns the
-// sub-tiles still open.
+// Blends `m` splats in shared memory, front to back, into the tile of this warp; one splat behind them draws nothing.
+// First the splats of every sub-tile are listed, then each list is blended: so all lanes of a warp are busy in both.
+// memory: first splat of the block; batch: start of the batch in bytes from there. (x0, y0): first pixel of the bin, in
+// the coordinates that the rules use. lists: this warp's, with one entry for each sub-tile and thread of the team.
+// Returns the sub-tiles that still take light, a bit each.
 template <typename Rules, typename T>
 __device__ __forceinline__ uint32_t blendBatch(const char* memory, uint32_t batch, const uint32_t* touched, uint32_t m,
                                                ListEntry<T>* lists, const BlendCudaArgs& args, uint32_t x0, uint32_t y0,
@@ -74,7 +74,8 @@ __device__ __forceinline__ uint32_t blendBatch(const char* memory, uint32_t batc
     }
 #pragma unroll
     for (uint32_t t = 0; t < T::kRows * T::kColumns; ++t)
-        if (lane < ((0u - counts[t]) & 3u)) // whole fours; a list of all the team's splats is one already
+        // fills up to four entries; a list of all splats of the team has whole fours
+        if (lane < ((0u - counts[t]) & 3u))
             lists[t * kGroup + counts[t] + lane] = Entry(batch + kGroup * sizeof(Lit));
     __syncwarp();
     const uint32_t half = halfOfWarp();
@@ -99,24 +100,25 @@ __device__ __forceinline__ uint32_t blendBatch(const char* memory, uint32_t batc
         evaluations += left + right;
         const uint32_t taking =
             halvesThat(Rules::takesLight(transmittance[0], least[0]) || Rules::takesLight(transmittance[1], least[1]));
-        open &= ~(3u << 2 * row) | taking << 2 * row; // none of them takes light again
+        open &= ~(3u << 2 * row) | taking << 2 * row; // pixels of a sub-tile that is not open take no light again
     }
-    __syncwarp(); // the lists are written again
+    __syncwarp(); // waits before the lists are written again
     return open;
 }
 
-// A team's room for splats: two batches, so that one is filled while slower warps still blend the other.
+// Memory of a team for splats: two batches, so that one is filled while slower warps still blend the other.
 template <typename Lit, typename Entry>
 struct Batches {
-    char* memory;         // the block's
-    uint32_t splats[2];   // in bytes from there; one per thread of the team and one more
-    uint32_t* touched[2]; // bit per sub-tile of the bin
-    Entry* lists;         // this warp's
+    char* memory; // memory of the block for splats
+    // start of each batch in bytes from `memory`; a batch has one splat for each thread of the team and one more
+    uint32_t splats[2];
+    uint32_t* touched[2]; // for each splat of a batch: a bit for each sub-tile of the bin that it touches
+    Entry* lists;         // lists of this warp, one for each sub-tile
 
     __device__ __forceinline__ Lit* at(uint32_t batch) const { return reinterpret_cast<Lit*>(memory + batch); }
 };
 
-// Blends a bin's list into the team's tiles. open: sub-tiles of this warp's that take light.
+// Blends a bin's list into the tiles of a team. open: bits of the warp's sub-tiles that take light.
 template <typename Rules, typename T>
 __device__ __forceinline__ void blendKeys(const BlendCudaArgs& args, const Team& team,
                                           const Batches<typename Rules::Lit, ListEntry<T>>& batches, const Area& area,
@@ -125,7 +127,7 @@ __device__ __forceinline__ void blendKeys(const BlendCudaArgs& args, const Team&
     using Splat = typename Rules::Splat;
     const Splat* all = static_cast<const Splat*>(args.splats);
     const uint32_t first_slot = args.shared_bins ? area.eye * args.slot_capacity : 0u, end = area.end;
-    // the splat of the next batch is on its way while this one is blended, and the slot of the one after it
+    // while a batch is blended, the splat of the next batch and the slot of the one after it are being loaded
     uint32_t at = area.begin + team.thread;
     const auto slotAt = [&](uint32_t i) { return i < end ? args.keys[i].slot + first_slot : 0u; };
     const auto fetch = [&](uint32_t i, uint32_t slot) {
@@ -136,7 +138,8 @@ __device__ __forceinline__ void blendKeys(const BlendCudaArgs& args, const Team&
                 reinterpret_cast<uint4*>(&s)[part] = reinterpret_cast<const uint4*>(all + slot)[part];
         return s;
     };
-    const auto depthOf = [&](uint32_t i, uint32_t slot) { // places are those of lists, which eyes may share
+    // an index of a list's splats, which eyes may share, so without first_slot
+    const auto depthOf = [&](uint32_t i, uint32_t slot) {
         return Rules::kDepth && i < end ? __uint_as_float(args.places[slot - first_slot].depth_bits) : 0.0f;
     };
     Splat splat = fetch(at, slotAt(at));
@@ -157,7 +160,8 @@ __device__ __forceinline__ void blendKeys(const BlendCudaArgs& args, const Team&
         splat = fetch(at, slot);
         depth = depthOf(at, slot);
         slot = slotAt(at + kGroup);
-        if (!team.any(open != 0)) // also a barrier: the batch is complete, and no thread blends the one before the last
+        // also a barrier: this batch is complete, and no thread still blends the batch before the last one
+        if (!team.any(open != 0))
             break;
         open = blendBatch<Rules>(batches.memory, batch, touched, min(kGroup, end - first), batches.lists, args,
                                  Rules::kInBin ? 0u : area.bin_x, Rules::kInBin ? 0u : area.bin_y, open, tile,
@@ -165,7 +169,7 @@ __device__ __forceinline__ void blendKeys(const BlendCudaArgs& args, const Team&
     }
 }
 
-// Blends one bin.
+// Blends one bin, whose list is short.
 template <typename Rules, typename T>
 __device__ __forceinline__ void blendBin(const BlendCudaArgs& args, const Team& team,
                                          const Batches<typename Rules::Lit, ListEntry<T>>& batches, const Area& area,
@@ -180,7 +184,7 @@ __device__ __forceinline__ void blendBin(const BlendCudaArgs& args, const Team& 
         tile.transmittance[row][i] = begun.transmittance;
         open |= halvesThat(Rules::takesLight(begun.transmittance, args.lifted_stop)) << 2 * row;
     });
-    if (args.pass.index == 0 || team.any(open != 0)) // nearer passes may have finished it
+    if (args.pass.index == 0 || team.any(open != 0)) // false if nearer passes have finished all pixels
         blendKeys<Rules>(args, team, batches, area, open, tile, evaluations);
     forPixels<T>(quarterOfBin<T>(), [&](uint32_t row, uint32_t i, uint32_t x, uint32_t y) {
         endPixel<Rules>(args, area.eye, area.bin_x + x, area.bin_y + y, tile.transmittance[row][i], tile.color[row][i],
@@ -192,11 +196,12 @@ template <typename Rules, uint32_t kRows>
 struct BlendShared {
     using Tile = gsc::Tile<8, 8 * kRows, kRows>;
     using Entry = ListEntry<Tile>;
-    static_assert(2 * kGroups * (kGroup + 1) * sizeof(typename Rules::Lit) < 1u << 16); // an entry of a list
+    // a place in bytes fits an entry of a list
+    static_assert(2 * kGroups * (kGroup + 1) * sizeof(typename Rules::Lit) < 1u << 16);
 
     typename Rules::Lit batches[2][kGroups][kGroup + 1];
     uint32_t touched[2][kBlendThreads];
-    alignas(16) Entry lists[kBlendThreads / 32][kRows * 2 * kGroup]; // per warp: sub-tiles x splats of a batch
+    alignas(16) Entry lists[kBlendThreads / 32][kRows * 2 * kGroup]; // for each warp: sub-tiles x splats of a batch
     uint32_t next[kGroups];
 };
 

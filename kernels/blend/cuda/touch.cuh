@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Long lists: the whole device finds which sub-tiles and rows every key's splat touches, before they are blended.
+// Prepares long lists for blending: the whole device finds which sub-tiles and rows of pixels each splat touches.
 #pragma once
 
 #include "kernels/blend/cuda/bins.cuh"
@@ -9,18 +9,18 @@ namespace gsc {
 
 constexpr uint32_t kTouchThreads = 256;
 template <typename Rules>
-constexpr uint32_t kTouchBlocks = Rules::kCodes ? 4 : 3; // blocks per multiprocessor
+constexpr uint32_t kTouchBlocks = Rules::kCodes ? 4 : 3; // blocks that run on a multiprocessor at once
 constexpr uint32_t kWarpKeys = kTouchUnit / (kTouchThreads / 32);
-constexpr uint32_t kUnitWords = kTouchUnit / 32; // words of bits per unit and sub-tile
-static_assert(kWarpKeys == 256);                 // a warp writes two vectors of four words for each sub-tile
+constexpr uint32_t kUnitWords = kTouchUnit / 32; // words of bits for each unit and sub-tile
+static_assert(kWarpKeys == 256);                 // so that a warp writes two vectors of four words for each sub-tile
 
-// The sub-tiles of a bin that half a warp blends by itself. Narrow: far splats crowd in a few rows of pixels, and this spreads
-// a row over many warps.
+// Sub-tiles of a bin for long lists, of which half a warp blends one by itself. They are narrow, 4 pixels wide: far
+// splats crowd in a few rows of pixels, which are so shared among many warps.
 template <uint32_t kRows>
 using LoneTile = Tile<4, 8 * kRows, 1>;
 
-// A unit's bits: planes of the bin's sub-tiles, then of its rows of pixels. Bit b of a plane's word w tells whether the
-// splat of key 32 w + b touches that sub-tile or row.
+// Bits of a unit, in planes: one for each sub-tile of the bin, then one for each of its rows of pixels. Bit b of word w
+// of a plane tells whether the splat of key 32 w + b touches that sub-tile or row.
 template <typename T>
 struct TouchPlanes {
     static constexpr uint32_t kSubTiles = T::kBinRows * T::kBinColumns, kRows = T::kBinRows * T::kHeight;
@@ -32,14 +32,14 @@ struct TouchPlanes {
     }
 };
 
-// Bit per row that lies within `extent` of `top`; both in pixels, from the first of at most 32 rows.
+// A bit per row of pixels that lies within `extent` of `top`; both are in pixels, from the first of at most 32 rows.
 __device__ __forceinline__ uint32_t rowMask(float top, float extent, uint32_t rows)
 {
     const int first = max(__float2int_ru(top - extent), 0), last = min(__float2int_rd(top + extent), int(rows) - 1);
     return first <= last ? (2u << last) - (1u << first) : 0u;
 }
 
-// The words of the lane whose number differs in the bit `with`.
+// Exchanges words with the lane whose number differs in the bit `with`, and returns that lane's words.
 template <uint32_t kCount>
 __device__ __forceinline__ void wordsAcross(const uint32_t (&words)[kCount], uint32_t with, uint32_t (&others)[kCount])
 {
@@ -48,12 +48,13 @@ __device__ __forceinline__ void wordsAcross(const uint32_t (&words)[kCount], uin
         others[i] = __shfl_xor_sync(~0u, words[i], int(with));
 }
 
-// Bit i of lane j to bit j of lane i, of kCount words by themselves, so that their shuffles do not wait for each other.
+// Transposes bits in a warp: bit i of lane j goes to bit j of lane i. Does so for each of kCount words, side by side,
+// so that their shuffles do not wait for each other.
 template <uint32_t kCount>
 __device__ __forceinline__ void transposeBits(uint32_t (&words)[kCount])
 {
     const uint32_t lane = threadIdx.x & 31u;
-    // halves and bytes first, which a permutation of bytes exchanges
+    // first exchanges halves and bytes of words, for which a permutation of bytes is enough
 #pragma unroll
     for (uint32_t half = 16; half >= 8; half /= 2) {
         const uint32_t pick =
@@ -64,7 +65,7 @@ __device__ __forceinline__ void transposeBits(uint32_t (&words)[kCount])
         for (uint32_t i = 0; i < kCount; ++i)
             words[i] = __byte_perm(words[i], others[i], pick);
     }
-    uint32_t low = 0x0f0f0f0fu; // the bits that a lane of the lower half of its group keeps
+    uint32_t low = 0x0f0f0f0fu; // bits that a lane keeps if it is in the lower half of its group
 #pragma unroll
     for (uint32_t half = 4; half != 0; half /= 2, low ^= low << half) {
         const uint32_t keeps = (lane & half) == 0 ? low : ~low, turn = (lane & half) == 0 ? half : 32 - half;
@@ -76,23 +77,23 @@ __device__ __forceinline__ void transposeBits(uint32_t (&words)[kCount])
     }
 }
 
-// Sub-tiles and rows of a bin that a splat touches, as touchKernel() has them.
+// Sub-tiles and rows of a bin that a splat touches, a bit each, as touchKernel() stores them.
 struct Touched {
     uint32_t sub_tiles, rows;
 };
 
-// A bin in the image of an eye.
+// Place of a bin in the image of an eye.
 struct TouchBin {
-    uint32_t column, y; // in bins, in pixels
+    uint32_t column, y; // column in bins, y in pixels
 };
 
-// code: touchCode(), not kTouchUnknown.
+// Decodes touchCode() of a splat for a bin. Precondition: the code is not kTouchUnknown.
 template <typename T>
 __device__ __forceinline__ Touched touchedBy(uint32_t code, const TouchBin& bin)
 {
     constexpr uint32_t kColumns = T::kBinColumns, kRows = T::kBinRows * T::kHeight;
     static_assert(T::kWidth == kTouchColumn && 2 * kColumns == 16 && 2 * kRows <= 64);
-    // from as many columns, or 32 rows, before the bin: bits outside of it are shifted out
+    // counted from one bin's columns, or 32 rows, before the bin: bits outside of the bin are shifted out
     const uint32_t left = (code - bin.column * kColumns + kColumns) & 15u, top = ((code >> 6) - bin.y + 32u) & 63u;
     const uint32_t columns = ((2u << (code >> 4 & 3u)) - 1u) << left >> kColumns & ((1u << kColumns) - 1u);
     const uint32_t rows =
@@ -105,7 +106,7 @@ __device__ __forceinline__ Touched touchedBy(uint32_t code, const TouchBin& bin)
     return {sub_tiles, rows};
 }
 
-// Words of a key: its sub-tiles, then its rows; in one where both have room.
+// Words for the bits of a key: sub-tiles, then rows; a single word if it has room for both.
 template <typename T>
 constexpr uint32_t kTouchWords = (TouchPlanes<T>::kAll + 31) / 32;
 template <typename T>
@@ -127,15 +128,15 @@ __device__ __forceinline__ Touched touchedBy(const typename Rules::Splat& splat,
             rowMask(splat.y - y0, bounds.extent_y, TouchPlanes<T>::kRows)};
 }
 
-// Words of each warp: slots of splats that have no code, then their touched pixels.
+// Shared memory of each warp: slots of its splats without a code, then the pixels that these touch.
 template <typename T>
 struct TouchShared {
     uint32_t unknown[kTouchThreads / 32][kWarpKeys];
     uint32_t rows[kTouchThreads / 32][kTwoWords<T> ? kWarpKeys : 1];
 };
 
-// Finds the pixels that a lane's keys of a unit touch; the lane has every 32nd key from the warp's first on. Every
-// splat is fetched, all before the first is looked at.
+// Finds the pixels that the keys of a lane touch in a unit; the lane has every 32nd key from the warp's first on.
+// Fetches every splat, and all before it looks at the first.
 template <typename Rules, typename T, uint32_t kCount>
 __device__ __forceinline__ void touchOfSplats(const uint32_t (&slots)[kCount], const typename Rules::Splat* splats,
                                               const RasterConstants& rules, const TouchBin& bin,
@@ -154,8 +155,8 @@ __device__ __forceinline__ void touchOfSplats(const uint32_t (&slots)[kCount], c
     }
 }
 
-// Finds the pixels that a lane's keys touch, from the codes of their splats. The lanes of the warp fetch splats without
-// a code together. keys: of the unit; first: the lane's.
+// Finds the pixels that the keys of a lane touch, from the codes of their splats. The lanes of a warp together fetch
+// the splats that have no code. keys: number in the unit; first: the lane's first key.
 template <typename Rules, typename T, uint32_t kCount>
 __device__ __forceinline__ void touchOfCodes(const uint32_t (&slots)[kCount], const uint32_t (&codes)[kCount],
                                              uint32_t first, uint32_t keys, const typename Rules::Splat* splats,
@@ -164,8 +165,8 @@ __device__ __forceinline__ void touchOfCodes(const uint32_t (&slots)[kCount], co
 {
     const uint32_t warp = threadIdx.x / 32, lane = threadIdx.x & 31u;
     uint32_t* const unknown = shared.unknown[warp];
-    uint32_t places[kCount], count = 0; // splats of this lane without a code
-    __syncwarp();                       // the last unit's are read
+    uint32_t places[kCount], count = 0; // places: keys of this lane whose splats have no code; count: their number
+    __syncwarp();                       // waits before the memory of the last unit is written again
 #pragma unroll
     for (uint32_t i = 0; i < kCount; ++i) {
         const bool looks = first + 32 * i < keys && codes[i] == kTouchUnknown;
@@ -182,7 +183,7 @@ __device__ __forceinline__ void touchOfCodes(const uint32_t (&slots)[kCount], co
         if constexpr (kTwoWords<T>)
             shared.rows[warp][i] = touched.rows;
     };
-    for (uint32_t i = lane; i < count; i += 64) { // two are on their way at once
+    for (uint32_t i = lane; i < count; i += 64) { // a lane fetches two splats at once
         const bool two = i + 32 < count;
         const typename Rules::Splat first_splat = splats[unknown[i]], second = splats[unknown[two ? i + 32 : i]];
         look(i, first_splat);
@@ -199,7 +200,7 @@ __device__ __forceinline__ void touchOfCodes(const uint32_t (&slots)[kCount], co
     }
 }
 
-// Empties the queue of segments. By the whole grid.
+// Empties the queue of segments. The blocks of the whole grid share the work.
 template <typename T>
 __device__ __forceinline__ void clearQueue(const BlendCudaArgs& args, uint32_t processors)
 {
@@ -209,7 +210,8 @@ __device__ __forceinline__ void clearQueue(const BlendCudaArgs& args, uint32_t p
         args.segment_queue[i] = 0;
 }
 
-// Lists the first segment behind a list's first units for every pair of sub-tiles that takes more light. u: its first unit.
+// Lists, for every pair of sub-tiles that still takes light, the first segment behind the first units of a list. u:
+// first unit of that segment.
 template <typename T>
 __device__ __forceinline__ void listSegments(const BlendCudaArgs& args, uint32_t u, uint32_t unfinished)
 {
@@ -221,7 +223,8 @@ __device__ __forceinline__ void listSegments(const BlendCudaArgs& args, uint32_t
     }
 }
 
-// A block takes a unit. behind: not the first of each list, but those behind them that some sub-tile needs.
+// Finds for each unit which sub-tiles and rows its splats touch; a block takes a unit. behind: false for the first
+// units of each list, true for those behind them in lists that some sub-tile still needs.
 template <typename Rules, uint32_t kRows>
 __global__ void __launch_bounds__(kTouchThreads, kTouchBlocks<Rules>)
     touchKernel(const __grid_constant__ BlendCudaArgs args, bool behind)
@@ -244,7 +247,7 @@ __global__ void __launch_bounds__(kTouchThreads, kTouchBlocks<Rules>)
         const uint32_t eye_column = bin % args.grid.columns - (unit.eye == 0 ? args.grid.shift[0] : args.grid.shift[1]);
         const uint32_t bin_y = bin / args.grid.columns * (8 * kRows);
         if (eye_column >= args.grid.columns || !args.lens[unit.eye].shows(eye_column, bin_y / kLensSquare))
-            continue; // the rule of areaOf()
+            continue; // the bin is not drawn, as areaOf() decides
         if constexpr (Rules::kSegments)
             if (behind && unit.number == kFirstUnits && threadIdx.x == 0)
                 listSegments<T>(args, u, unfinishedOf(args, unit.entry, unit.eye));
@@ -282,15 +285,17 @@ __global__ void __launch_bounds__(kTouchThreads, kTouchBlocks<Rules>)
     }
 }
 
-constexpr uint32_t kPartKeys = 32 * kHalf; // keys of a part of a unit: half a warp holds their bits, one word a lane
+// keys of a part of a unit: half a warp holds the bits of a part, one word in each lane
+constexpr uint32_t kPartKeys = 32 * kHalf;
 
-// The keys of a list that touch a sub-tile, from near to far. Each half of a warp has a sub-tile of its own, and holds the
-// bits of one part of its units, which it writes out as places of keys. All members: the whole warp together.
+// Reads the keys of a list that touch a sub-tile, from near to far. Each half of a warp has a sub-tile of its own. It
+// holds the bits of one part of the units, and writes them out as places of keys. All lanes of the warp call the
+// members together.
 template <typename T>
 class TouchReader {
 public:
-    // Begins reading for this half's sub_tile. open: a bit for each of its lanes, set if one of the lane's pixels takes
-    // light; places: room for kPartKeys in shared memory, this half's own.
+    // Begins to read for the sub-tile of this half. open: a bit for each lane of the half, set if one of the lane's
+    // pixels takes light; places: room for kPartKeys in shared memory, used by this half alone.
     __device__ __forceinline__ TouchReader(const BlendCudaArgs& args, uint32_t first_unit, uint32_t units,
                                            uint32_t sub_tile, uint32_t open, uint16_t* places)
         : words_(Planes::words(args, first_unit, sub_tile) + threadIdx.x % kHalf),
@@ -301,7 +306,8 @@ public:
         ahead_ = parts_ != 0 ? load(0, open) : 0u;
     }
 
-    // How many there are for this half, up to kHalf. key: of its first so many lanes, the place in the list. 0: no more.
+    // Returns the number of keys that follow for this half, up to kHalf; 0 if there are none. key: in that many first
+    // lanes, the place of the key in the list.
     __device__ __forceinline__ uint32_t next(uint32_t& key, uint32_t open)
     {
         const uint32_t lane = threadIdx.x % kHalf;
@@ -319,7 +325,7 @@ public:
         }
     }
 
-    __device__ __forceinline__ void stop() // this half needs no more
+    __device__ __forceinline__ void stop() // to be called if this half of the warp needs no more keys
     {
         parts_ = part_;
         taken_ = total_;
@@ -329,7 +335,7 @@ private:
     using Planes = TouchPlanes<T>;
     static constexpr uint32_t kParts = kTouchUnit / kPartKeys;
 
-    // The lane's bits of a part. Keys that touch only rows that are finished are left out.
+    // Bits of this lane in a part. Keys that touch only rows without light are left out.
     __device__ __forceinline__ uint32_t load(uint32_t part, uint32_t open) const
     {
         constexpr uint32_t kStep = Planes::kAll * kUnitWords, kRow = (1u << T::kLaneWidth) - 1u;
@@ -345,21 +351,21 @@ private:
         return words_[at] & rows;
     }
 
-    // The next part of a half that wants one.
+    // Begins the next part in each half that wants one.
     __device__ __forceinline__ void begin(bool wants, uint32_t open)
     {
         const uint32_t lane = threadIdx.x % kHalf;
         uint32_t bits = wants ? ahead_ : 0u;
         if (wants && ++part_ < parts_)
             ahead_ = load(part_, open);
-        auto sum = uint32_t(__popc(bits)); // set bits of the lanes up to this one
+        auto sum = uint32_t(__popc(bits)); // set bits of the half's lanes up to this one
 #pragma unroll
         for (uint32_t step = 1; step < kHalf; step *= 2) {
             const uint32_t left = __shfl_up_sync(~0u, sum, step);
             sum += lane >= step ? left : 0u;
         }
-        __syncwarp();                                    // the last part's places are read
-        for (uint16_t* to = places_ + sum; bits != 0;) { // writes this lane's places from the last to the first
+        __syncwarp();                                    // waits before the places of the last part are written again
+        for (uint16_t* to = places_ + sum; bits != 0;) { // writes the places of this lane from the last to the first
             const auto last = 31u - uint32_t(__clz(int(bits)));
             bits ^= 1u << last;
             *--to = uint16_t(32 * lane + last);
@@ -374,7 +380,7 @@ private:
 
     const uint32_t *words_, *rows_;
     uint16_t* places_;
-    uint32_t ahead_, parts_, part_ = 0, total_ = 0, taken_ = 0; // state of this half warp
+    uint32_t ahead_, parts_, part_ = 0, total_ = 0, taken_ = 0; // state of this half of the warp
 };
 
 } // namespace gsc

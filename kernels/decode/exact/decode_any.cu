@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scalar arithmetic of the reference, one thread per anchor and eye: for models whose networks the tiles do not take.
+// Decodes models whose networks the tiles cannot take, with the scalar arithmetic of the reference: one thread per
+// anchor and eye.
 #include "kernels/cuda/launch.cuh"
 #include "kernels/decode/exact/exact_splat.cuh"
 
@@ -8,8 +9,8 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kThreads = 128;
-constexpr uint32_t kBlocksPerProcessor = 8; // more would only add scratch: registers allow no more
-constexpr uint32_t kLocalValues = 320;      // F = 32, K = 10, A = 32 need 275
+constexpr uint32_t kBlocksPerProcessor = 8; // registers allow no more; a larger number would only add scratch
+constexpr uint32_t kLocalValues = 320;      // scratch values in a thread's own memory; F = 32, K = 10, A = 32 need 275
 
 __global__ void __launch_bounds__(kThreads) decodeAnyKernel(const __grid_constant__ DecodeExactArgs args)
 {
@@ -30,7 +31,7 @@ __global__ void __launch_bounds__(kThreads) decodeAnyKernel(const __grid_constan
         const float z = viewPoint<float>(eye, {placement[0], placement[1], placement[2]}).z;
         const auto emit = [&](const GaussianOf<float>& g) {
             const Footprint<float> f = projectGaussian<float>(eye, args.rules, g);
-            // a Gaussian without a depth counts in its anchor's pass
+            // a Gaussian whose depth is not finite is counted in the pass of its anchor
             if (args.pass.count > 1 && passOf(args.pass, args.grid, isFinite(f.depth) ? f.depth : z) != args.pass.index)
                 return;
             atomicAdd(&args.counters->gaussians[e], 1u);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A warp takes 16 anchors at a time. A lane holds, of each layer, the sums of 4 anchors by 12 or 16 units in registers
-// and reads both factors as rows of four from shared memory. Each sum starts at zero and takes its inputs in the
-// trainers' order, features first, the bias last, an appearance with it; so what the features add is the same for both
-// eyes and is summed once.
+// Tiled decoder of tier `exact`. A warp takes 16 anchors at a time. A lane has the sums of 4 anchors for 12 or 16 units
+// in registers, and reads inputs and weights from shared memory four at a time. Each sum starts at zero and takes its
+// inputs in the trainers' order: features first, the bias last, with the appearance. So what the features add is equal
+// for both eyes and is summed once.
 #include "kernels/cuda/launch.cuh"
 #include "kernels/cuda/ptx.cuh"
 #include "kernels/decode/exact/exact_splat.cuh"
@@ -14,30 +14,30 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kMostWarps = 12; // warps of a block, one block per multiprocessor: with more, registers spill
-constexpr uint32_t kRows = 16;      // anchors of a warp
-constexpr uint32_t kHeadValues = 33 * kRows; // from a head's units to the next's: two heads meet in a bank, not three
-constexpr uint32_t kOutputs = 11 * kExactOffsets; // rows: opacity, covariance (k-major), colour (k-major)
-constexpr uint32_t kViewRows = 5;                 // direction, distance, level
+constexpr uint32_t kRows = 16;      // anchors that a warp takes at a time
+constexpr uint32_t kHeadValues = 33 * kRows;      // from head to head: two of them meet in a memory bank, not three
+constexpr uint32_t kOutputs = 11 * kExactOffsets; // rows of outputs: opacity, covariance (k-major), colour (k-major)
+constexpr uint32_t kViewRows = 5;                 // rows of inputs for the view: direction, distance, level
 constexpr uint32_t kUnitTile = 12, kOutputTile = 16;
 static_assert(kUnitTile * 8 == kExactUnits && kOutputTile * 8 == kExactColumns);
 
-// A warp's room. Rows of 16 anchors.
+// Shared memory of one warp. A row has a value for each of 16 anchors.
 struct Room {
-    float4 partial[kUnitTile][32]; // a lane's sums over the features, four anchors together
-    union {                        // one member is in use at a time
+    float4 partial[kUnitTile][32]; // sums of each lane over the features, four anchors together
+    union {                        // only one member is in use at a time
         float inputs[kFastFeatures][kRows];
         float hidden[3 * kHeadValues];
         float outputs[kOutputs][kRows];
     };
     float view[kViewRows][kRows];
-    const float* features[kRows]; // in the model
+    const float* features[kRows]; // pointers into the model's features
     const float* offsets[kRows];
     const float* scales[kRows];
     uint32_t anchors[kRows];
-    uint16_t alive[kOutputs / 11 * kRows]; // row | k << 8
+    uint16_t alive[kOutputs / 11 * kRows]; // row | k << 8 of each Gaussian that one eye may see
 };
 
-// Shared memory holds the weights, then a room for each warp.
+// Number of warps of a block, whose shared memory holds the weights and a Room for each warp.
 uint32_t warpsOf(size_t shared_bytes)
 {
     const size_t rooms = shared_bytes - std::min(shared_bytes, sizeof(ExactWeights));
@@ -54,7 +54,7 @@ __device__ __forceinline__ float4 fourAt(const float* p)
     return *reinterpret_cast<const float4*>(p);
 }
 
-// sums[i][first + j] += a[i] * w[j] for four anchors and four units.
+// Computes sums[i][first + j] += a[i] * w[j] for four anchors i and kUnits units j.
 template <uint32_t kUnits>
 __device__ __forceinline__ void multiplyAdd(const float4& a, const float4& w, uint32_t first, float (&sums)[4][kUnits])
 {
@@ -66,10 +66,10 @@ __device__ __forceinline__ void multiplyAdd(const float4& a, const float4& w, ui
             sums[i][first + j] = fmaf(as[i], ws[j], sums[i][first + j]);
 }
 
-// The features of the anchors in `rows`, a bit each, as rows of inputs.
+// Loads the features of the anchors in `rows` (a bit each) as rows of inputs.
 __device__ __forceinline__ void gatherFeatures(Room& room, uint32_t rows, uint32_t lane)
 {
-    constexpr uint32_t kParts = kFastFeatures / 4; // parts of an anchor's features
+    constexpr uint32_t kParts = kFastFeatures / 4; // parts of 4 features into which an anchor's are divided
 #pragma unroll
     for (uint32_t i = 0; i < kRows * kParts / 32; ++i) {
         const uint32_t row = (i * 32 + lane) / kParts, part = lane % kParts;
@@ -82,7 +82,7 @@ __device__ __forceinline__ void gatherFeatures(Room& room, uint32_t rows, uint32
     __syncwarp();
 }
 
-// The features after the bank, as bankFeature() computes them: strided copies weighted by a network of the view.
+// Passes the features through the feature bank, as bankFeature() does: strided copies, weighted by a network.
 __device__ __forceinline__ void applyBank(const float* bank, Room& room, uint32_t lane)
 {
     const uint32_t row = lane % kRows, first = lane / kRows * (kFastFeatures / 2);
@@ -94,7 +94,7 @@ __device__ __forceinline__ void applyBank(const float* bank, Room& room, uint32_
         for (uint32_t i = 0; i < kViewRows; ++i)
             h = fmaf(unit[i], room.view[i][row], h);
         h += unit[kViewRows];
-        h = h < 0.0f ? 0.0f : h; // NaN stays
+        h = h < 0.0f ? 0.0f : h; // a ReLU that keeps NaN
 #pragma unroll
         for (uint32_t i = 0; i < 3; ++i)
             w[i] = fmaf(unit[kViewRows + 1 + i], h, w[i]);
@@ -117,7 +117,7 @@ __device__ __forceinline__ void applyBank(const float* bank, Room& room, uint32_
     __syncwarp();
 }
 
-// Sums the features' part of the hidden units of all heads: units 32 j + 4 column + c of a lane's four anchors.
+// Sums the part of the features for the hidden units of all heads: units 32 j + 4 column + c of a lane's four anchors.
 __device__ __forceinline__ void sumFeatures(const ExactWeights& weights, Room& room, uint32_t lane)
 {
     const uint32_t four = 4 * (lane & 3u), column = lane >> 2;
@@ -132,10 +132,10 @@ __device__ __forceinline__ void sumFeatures(const ExactWeights& weights, Room& r
 #pragma unroll
     for (uint32_t u = 0; u < kUnitTile; ++u)
         room.partial[u][lane] = {sums[0][u], sums[1][u], sums[2][u], sums[3][u]};
-    __syncwarp(); // the inputs are written over
+    __syncwarp(); // waits before the inputs are overwritten
 }
 
-// The hidden units, with the first `rows` of the view's inputs.
+// Computes the hidden units, with the first `rows` inputs of the view.
 __device__ __forceinline__ void hiddenUnits(const ExactWeights& weights, uint32_t rows, Room& room, uint32_t lane)
 {
     const uint32_t four = 4 * (lane & 3u), column = lane >> 2;
@@ -162,14 +162,14 @@ __device__ __forceinline__ void hiddenUnits(const ExactWeights& weights, uint32_
 #pragma unroll
         for (uint32_t i = 0; i < 4; ++i) {
             h[i] = sums[i][u] + bias;
-            h[i] = h[i] < 0.0f ? 0.0f : h[i]; // NaN stays
+            h[i] = h[i] < 0.0f ? 0.0f : h[i]; // a ReLU that keeps NaN
         }
         *reinterpret_cast<float4*>(&room.hidden[head * kHeadValues + unit * kRows + four]) = {h[0], h[1], h[2], h[3]};
     }
     __syncwarp();
 }
 
-// The second layers, into rows of outputs before their activations. K: Gaussians per anchor.
+// Computes the second layers, as rows of outputs before their activations. K: Gaussians per anchor.
 __device__ __forceinline__ void secondLayers(const ExactWeights& weights, uint32_t K, Room& room, uint32_t lane)
 {
     const uint32_t four = 4 * (lane & 3u), column = lane >> 2;
@@ -183,7 +183,7 @@ __device__ __forceinline__ void secondLayers(const ExactWeights& weights, uint32
         for (uint32_t j = 0; j < kOutputTile / 4; ++j)
             multiplyAdd(a, fourAt(&weights.second[k][exactColumn(column, 4 * j)]), 4 * j, sums);
     }
-    __syncwarp(); // the hidden units are written over
+    __syncwarp(); // waits before the hidden units are overwritten
     const uint32_t first = kOutputTile * (column - (head == 0 ? 0u : head == 1 ? 1u : 6u));
     const uint32_t count = head == 0 ? K : head == 1 ? 7 * K : 3 * K;
     const uint32_t base = head == 0 ? 0u : head == 1 ? K : 8 * K;
@@ -197,8 +197,7 @@ __device__ __forceinline__ void secondLayers(const ExactWeights& weights, uint32
     __syncwarp();
 }
 
-// Activates the opacities and lists the Gaussians that one eye may see. Returns their number. positive: was any above
-// zero?
+// Activates the opacities, lists the Gaussians that an eye may see, and returns their number. positive: is any above 0?
 __device__ __forceinline__ uint32_t listAlive(const DecodeExactArgs& args, uint32_t e, uint32_t first, uint32_t rows,
                                               Room& room, uint32_t lane, bool& positive)
 {
@@ -207,7 +206,7 @@ __device__ __forceinline__ uint32_t listAlive(const DecodeExactArgs& args, uint3
     const float fraction = args.fraction != nullptr && present ? args.fraction[2 * (first + row) + e] : 1.0f;
     const bool masks = (args.model.params.flags & kModelMaskedSlots) != 0;
     uint32_t total = 0;
-    for (uint32_t k = lane / kRows; k < (K + 1) / 2 * 2; k += 2) { // whole warps stay together
+    for (uint32_t k = lane / kRows; k < (K + 1) / 2 * 2; k += 2) { // even rounds, so that whole warps stay together
         bool alive = false;
         if (present && k < K) {
             const float opacity = tanhf(room.outputs[k][row]) * fraction;
@@ -224,7 +223,7 @@ __device__ __forceinline__ uint32_t listAlive(const DecodeExactArgs& args, uint3
     return total;
 }
 
-// Gaussian k of an anchor from the outputs.
+// Gaussian k of an anchor, made from the outputs of the networks.
 __device__ __forceinline__ GaussianOf<float> gaussianAt(const DecodeExactArgs& args, const Room& room, uint32_t row,
                                                         uint32_t k)
 {
@@ -251,7 +250,7 @@ __device__ __forceinline__ GaussianOf<float> gaussianAt(const DecodeExactArgs& a
     return g;
 }
 
-// Projects the `count` Gaussians listed and writes and counts those that show.
+// Projects the `count` listed Gaussians; writes and counts those that are visible.
 __device__ __forceinline__ void emitAlive(const DecodeExactArgs& args, uint32_t e, uint32_t count, const Room& room,
                                           uint32_t lane, EyeTally& tally)
 {
@@ -265,14 +264,14 @@ __device__ __forceinline__ void emitAlive(const DecodeExactArgs& args, uint32_t 
             const GaussianOf<float> g = gaussianAt(args, room, row, owner >> 8);
             const Footprint<float> f = projectGaussian<float>(eye, args.rules, g);
             bool here = true;
-            if (args.pass.count > 1) { // a Gaussian without a depth counts in its anchor's pass
+            if (args.pass.count > 1) { // a Gaussian whose depth is not finite is counted in the pass of its anchor
                 const float4 p = reinterpret_cast<const float4*>(args.model.placement)[room.anchors[row]];
                 const float z = isFinite(f.depth) ? f.depth : viewPoint<float>(eye, {p.x, p.y, p.z}).z;
                 here = passOf(args.pass, args.grid, z) == args.pass.index;
             }
             if (here) {
                 ++tally.alive;
-                if (!f.finite) // rare
+                if (!f.finite) // true for few Gaussians
                     atomicAdd(&args.counters->dropped[e], 1u);
                 else if (f.visible)
                     place = {__float_as_uint(f.depth), binBox(args, e, f, g.opacity)};
@@ -295,7 +294,7 @@ __device__ __forceinline__ void emitAlive(const DecodeExactArgs& args, uint32_t 
     }
 }
 
-// Fills a row of the networks' inputs that depend on the view.
+// Computes a row's inputs that depend on the view, for an eye at eye_center.
 __device__ __forceinline__ void lookFrom(const DecodeExactArgs& args, const float* eye_center, Room& room,
                                          uint32_t lane, float level)
 {
@@ -304,7 +303,8 @@ __device__ __forceinline__ void lookFrom(const DecodeExactArgs& args, const floa
         const float v[3] = {p.x - eye_center[0], p.y - eye_center[1], p.z - eye_center[2]};
         const float distance = sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
         for (uint32_t i = 0; i < 3; ++i)
-            room.view[i][lane] = v[i] / distance; // note: NaN on the anchor itself, which drops it (trap 17)
+            // note: NaN if the eye is at the anchor itself, whose Gaussians are then dropped (format facts, trap 17)
+            room.view[i][lane] = v[i] / distance;
         room.view[3][lane] = distance;
         room.view[4][lane] = level;
     }
@@ -346,7 +346,7 @@ __global__ void __launch_bounds__(kMostWarps * 32, 1) decodeExactKernel(const __
                                          __ballot_sync(~0u, (seen_by & 2u) != 0)};
         const uint32_t any = rows[0] | rows[1];
         __syncwarp();
-        bool summed = false; // over the features; with a bank they depend on the eye
+        bool summed = false; // true once the features are summed, which with a feature bank must be done for each eye
 #pragma unroll 1
         for (uint32_t e = 0; e < args.eye_count; ++e) {
             const uint32_t mine = e == 0 ? rows[0] : rows[1];
@@ -373,7 +373,7 @@ __global__ void __launch_bounds__(kMostWarps * 32, 1) decodeExactKernel(const __
                 right = tally;
                 positive_right |= positive;
             }
-            __syncwarp(); // before memory that the lanes read is written again
+            __syncwarp(); // waits before memory that other lanes read is written again
         }
     }
     const uint32_t positive = (positive_left ? 1u : 0u) | (positive_right ? 2u : 0u);

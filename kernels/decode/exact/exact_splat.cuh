@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps that both decoders of the tier `exact` share: an anchor's chunk, a Gaussian's bins, its splat.
+// Steps that both decoders of the tier `exact` share: find an anchor's chunk, a Gaussian's bins, and its splat.
 #pragma once
 
 #include "kernels/cuda/anchor_shape.cuh"
@@ -9,7 +9,7 @@
 
 namespace gsc {
 
-// Chunk that holds an anchor.
+// Index of the chunk that holds an anchor.
 __device__ __forceinline__ uint32_t chunkOf(const ModelView& view, uint32_t anchor)
 {
     uint32_t low = 0, high = uint32_t(view.params->chunk_count);
@@ -23,8 +23,8 @@ __device__ __forceinline__ uint32_t chunkOf(const ModelView& view, uint32_t anch
     return low;
 }
 
-// Bins of the pixels that upstream's tiles cover and alpha >= 1/255 can reach, of the columns that are drawn; kNoBins if there
-// are none.
+// Bins with pixels that the trainers' tiles cover and where alpha can reach 1/255, in the columns that are drawn;
+// kNoBins if there are none.
 __device__ __forceinline__ uint32_t binBox(const DecodeFrame& frame, uint32_t e, const Footprint<float>& f,
                                            float opacity)
 {
@@ -32,9 +32,9 @@ __device__ __forceinline__ uint32_t binBox(const DecodeFrame& frame, uint32_t e,
     const uint32_t bin_height = frame.grid.height;
     float x0 = float(f.tiles.x0 * int32_t(kTileSize)), x1 = float(f.tiles.x1 * int32_t(kTileSize) - 1);
     float y0 = float(f.tiles.y0 * int32_t(kTileSize)), y1 = float(f.tiles.y1 * int32_t(kTileSize) - 1);
-    // A needle's conic is made from a determinant of which rounding left little, and reaches further than its covariance
-    // says: it is drawn wherever upstream's tiles are. Else approximate, which the margins cover; an opacity is at least
-    // 1/255.
+    // A needle is drawn wherever the trainers' tiles are: its conic comes from a determinant that is mostly rounding,
+    // and reaches further than the covariance says. Others get bounds from approximate functions, whose error the
+    // margins cover; an opacity is at least 1/255.
     const float ac = f.cov.a * f.cov.c;
     if (ac - f.cov.b * f.cov.b > 1e-4f * ac && f.cov.a > 0.0f && f.cov.c > 0.0f) {
         const float reach = 2.0f * __logf(255.0f * opacity) * 1.0001f + 1e-3f;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Host side of the tiled decode in fp32: weights in the order in which its lanes read them.
+// Packs the weights for the tiled decoder, on the host, in the order in which the lanes read them.
 #include "kernels/decode/exact/decode_exact_cuda.h"
 #include "kernels/decode/fast/decode_fast_cuda.h"
 #include "kernels/math/mlp.h"
@@ -20,7 +20,7 @@ ExactWeights packExact(const ModelView& model, int32_t appearance)
     const float* row =
         model.embedding != nullptr && appearance >= 0 ? model.embedding + size_t(appearance) * A : nullptr;
     ExactWeights out{};
-    // heads of kExactHidden units lie side by side: no padding is between them
+    // the heads lie side by side with no padding between them, since each has kExactHidden units
     const float *first = packedWeights(model, packed.first_f32), *bias = packedWeights(model, packed.first_bias_f32);
     std::copy_n(first, kExactInputs * kExactUnits, &out.first[0][0]);
     for (uint32_t unit = 0; unit < kExactUnits; ++unit) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The decoder of the tier `fast`, compiled for either layout of a model (decode_fast.cu, decode_compact.cu). Between their
-// networks and their projection Gaussians wait in a ring of their warp's until there are enough for every lane: a third to a
-// half of an anchor's are not alive.
+// Decoder of the tier `fast`, compiled for both layouts of a model (decode_fast.cu, decode_compact.cu). A third to a
+// half of an anchor's Gaussians have no opacity and are dropped behind the networks. The others wait in a ring of their
+// warp until there are enough to give one to every lane, and are then projected.
 #pragma once
 
 #include "kernels/cuda/launch.cuh"
@@ -13,31 +13,33 @@
 
 namespace gsc {
 
-constexpr uint32_t kOutputs = 10; // outputs of the networks per Gaussian, without its opacity
+constexpr uint32_t kOutputs = 10; // outputs of the networks for a Gaussian, without its opacity
 
-// A warp's ring. kPair: a Gaussian has the networks' outputs for each eye; else one set of outputs, and an opacity for
-// each eye.
+// Ring of Gaussians that wait in a warp. kPair: a Gaussian has the networks' outputs for each eye; otherwise one set of
+// outputs, and an opacity for each eye.
 template <bool kPair>
 struct Waiting {
-    static constexpr uint32_t kRoom = kPair ? 109 : 192;                          // 99 KiB for 8 warps: launchDecode()
-    static constexpr uint32_t kNew = kRows * 4 * kItemsPerLane / (kPair ? 2 : 1); // most new Gaussians of one look
+    static constexpr uint32_t kRoom = kPair ? 109 : 192; // entries of a ring: 8 warps take 99 KiB (launchDecode())
+    // largest number of new Gaussians from one call of decodeRows()
+    static constexpr uint32_t kNew = kRows * 4 * kItemsPerLane / (kPair ? 2 : 1);
     static_assert(kNew <= kRoom);
 
-    float outputs[kPair ? 2 * (kOutputs + 1) : kOutputs + 2][kRoom]; // before activations; of each set the opacity last
-    uint32_t index[kRoom];                                           // anchor * n_offsets + k
+    // outputs before activations; in each set the opacity is last
+    float outputs[kPair ? 2 * (kOutputs + 1) : kOutputs + 2][kRoom];
+    uint32_t index[kRoom]; // anchor * n_offsets + k of the Gaussian
 
-    // Output `which` of entry i for an eye, as emitGaussian() takes it; `which` kOutputs: the opacity.
+    // Output `which` of entry i for an eye, numbered as emitGaussian() has it; kOutputs is the opacity.
     __device__ __forceinline__ float& at(uint32_t eye, uint32_t which, uint32_t i)
     {
         return outputs[kPair ? eye * (kOutputs + 1) + which : which + (which == kOutputs ? eye : 0u)][i];
     }
 };
 
-// Entries of a ring that are taken.
+// Range of a ring's entries that hold a Gaussian.
 struct WaitingRange {
     uint32_t first = 0, count = 0;
 
-    // Place of entry i, at most kRoom behind the first.
+    // Place in the ring of entry i of the range; i is at most kRoom.
     template <uint32_t kRoom>
     __device__ __forceinline__ uint32_t place(uint32_t i) const
     {
@@ -46,8 +48,8 @@ struct WaitingRange {
     }
 };
 
-// Emits a warp's Gaussians in rounds of 32 as long as at least `least` (1 to 32) wait. The eyes take turns at a round,
-// so that values common to both are read once.
+// Emits the Gaussians of a warp's ring in rounds of 32, as long as `least` (1 to 32) or more wait. In a round one eye
+// is drawn after the other, so that values common to both are read once.
 template <bool kCompact, bool kShared, bool kThins, bool kPair>
 __device__ __forceinline__ void emitWaiting(const DecodeCudaArgs& args, Waiting<kPair>& waiting, WaitingRange& range,
                                             uint32_t least, uint32_t lane, EyeTally& left, EyeTally& right)
@@ -57,10 +59,10 @@ __device__ __forceinline__ void emitWaiting(const DecodeCudaArgs& args, Waiting<
 #pragma unroll 1
     while (range.count >= least) {
         const uint32_t count = min(range.count, 32u);
-        uint32_t i = range.place<kRoom>(min(lane, count - 1)); // a lane without one reads the last
+        uint32_t i = range.place<kRoom>(min(lane, count - 1)); // a lane without a Gaussian reads the last one
         keepComputed(i);
         const uint32_t index = waiting.index[i];
-        uint32_t anchor = __umulhi(index, args.inverse_offsets); // index / K, or one less
+        uint32_t anchor = __umulhi(index, args.inverse_offsets); // number of the anchor, index / K, or one less
         anchor += index - anchor * K >= K ? 1u : 0u;
         const PlainGaussian plain = plainGaussian<kCompact>(args.model, anchor, index - anchor * K);
         const bool drawn = lane < count && !plain.masked;
@@ -83,11 +85,11 @@ __device__ __forceinline__ void emitWaiting(const DecodeCudaArgs& args, Waiting<
         range.first = range.place<kRoom>(count);
         range.count -= count;
     }
-    __syncwarp(); // the ring is written anew
+    __syncwarp(); // waits before the ring is written again
 }
 
-// Asks for the data that decoding reads of 16 anchors: lanes i and i + 16 for that of entry i. They are not waited for
-// until the next step, by which they have come from memory.
+// Prefetches what decoding reads of 16 anchors: lanes i and i + 16 do so for entry i. The data are needed in the next
+// step, and have come from memory by then.
 template <bool kCompact>
 __device__ __forceinline__ void askForAnchors(const DecodeCudaArgs& args, uint32_t entry, uint32_t lane)
 {
@@ -99,11 +101,11 @@ __device__ __forceinline__ void askForAnchors(const DecodeCudaArgs& args, uint32
     };
     if constexpr (!kCompact) {
         ask(model.feature, 2 * kFastFeatures, 32 * half);
-        ask(model.offset, 8 * K, half * (8 * K - 1)); // up to 96 bytes; thirds of them are no longer than a sector
+        ask(model.offset, 8 * K, half * (8 * K - 1)); // up to 96 bytes; a third is no longer than a sector of memory
         ask(model.offset, 8 * K, (1 + half) * (8 * K - 1) / 3);
         ask(model.shape, 24, 23 * half);
     } else {
-        ask(model.compact_offset, 4 * K, half * (4 * K - 1)); // up to 48 bytes
+        ask(model.compact_offset, 4 * K, half * (4 * K - 1)); // prefetches up to 48 bytes
         ask(model.size, 12, 11 * half);
         if (half == 0)
             ask(model.compact_feature, kFastFeatures, 0);
@@ -116,15 +118,15 @@ __device__ __forceinline__ void askForAnchors(const DecodeCudaArgs& args, uint32
         ask(model.source, 4, 0);
 }
 
-// A lane's two of 16 rows: anchor, eyes that see it, level fraction.
+// The two rows of a lane among the 16 of a warp: anchor, eyes that see it, fractions of its level.
 struct Rows {
-    uint32_t anchors[2], seen_by[2]; // seen_by: 0: no anchor
-    float fractions[2][2];           // per row and eye, or of the row's only eye
+    uint32_t anchors[2], seen_by[2]; // seen_by: a bit for each eye, 0: no anchor
+    float fractions[2][2];           // one for each eye of a row, or only for the eye that the row is for
 };
 
-// Decodes 16 rows and leaves those that live with those that wait, for which there must be room. kPair: a lane's rows are
-// one anchor seen from each eye; else two anchors, seen from one place. positive: gets a bit for each eye that sees an
-// opacity above zero.
+// Decodes 16 rows and adds the Gaussians that are kept to the ring, which must have room. kPair: the two rows of a lane
+// are one anchor seen from each eye; otherwise two anchors, seen from one place. positive: gets a bit for each eye that
+// sees an opacity above zero.
 template <bool kCompact, bool kBank, bool kPair>
 __device__ __forceinline__ void decodeRows(const DecodeCudaArgs& args, const DecodeNetworks& networks, const Rows& rows,
                                            uint32_t lane, Waiting<kPair>& waiting, WaitingRange& range,
@@ -135,7 +137,7 @@ __device__ __forceinline__ void decodeRows(const DecodeCudaArgs& args, const Dec
     uint32_t hidden[6][4];
     {
         float positions[2][3], levels[2];
-        uint32_t feature[2][4]; // per k tile
+        uint32_t feature[2][4]; // an anchor's features, for each k tile
 #pragma unroll
         for (uint32_t r = 0; r < 2; ++r) {
             const float4 p = reinterpret_cast<const float4*>(model.placement)[rows.anchors[r]];
@@ -144,7 +146,7 @@ __device__ __forceinline__ void decodeRows(const DecodeCudaArgs& args, const Dec
             positions[r][2] = p.z;
         }
         gatherInputs<kCompact>(args, rows.anchors, t, feature, levels);
-        // zeros opaque to the compiler, which would else copy the features for each product
+        // zeros that the compiler cannot know; otherwise it would copy the features for each product
         const uint32_t nothing[2] = {args.eye_count >> 2, args.eye_count >> 3};
 #pragma unroll
         for (uint32_t i = 0; i < 8; ++i)
@@ -153,11 +155,11 @@ __device__ __forceinline__ void decodeRows(const DecodeCudaArgs& args, const Dec
         const float* const centers[2] = {kPair ? args.eyes[0].center : one, kPair ? args.eyes[1].center : one};
         firstLayer<kBank>(args, networks, lane, positions, centers, feature, levels, hidden);
     }
-    constexpr uint32_t kSlots = kPair ? kItemsPerLane : 2 * kItemsPerLane; // Gaussians of a lane
-    constexpr uint32_t kEyes = kPair ? 1 : 2;                              // most eyes that see a row
-    uint32_t keep = 0, at[kSlots];                                         // a bit for each
+    constexpr uint32_t kSlots = kPair ? kItemsPerLane : 2 * kItemsPerLane; // Gaussians of a lane, kept or not
+    constexpr uint32_t kEyes = kPair ? 1 : 2;                              // largest number of eyes that see a row
+    uint32_t keep = 0, at[kSlots]; // keep: a bit for each Gaussian that is kept; at: place of each in the ring
     {
-        float opacity[kOpacityTiles][4]; // zero where an anchor has no such Gaussian: its weights and bias are
+        float opacity[kOpacityTiles][4]; // zero for slots that the model lacks: their weights and bias are zero
         opacityLayer(networks, lane, hidden, opacity);
         float of_eye[2][kSlots];
 #pragma unroll
@@ -202,9 +204,9 @@ __device__ __forceinline__ void decodeRows(const DecodeCudaArgs& args, const Dec
     });
 }
 
-// One block per multiprocessor, of as many warps as it has shared memory for. kCompact: the model is compact. kBank: it has
-// a feature bank, which makes the features depend on the eye. kShared, kThins: DecodeFrame. kPair: two eyes, each of which
-// looks for itself.
+// Decodes and projects all visible anchors. One block runs on each multiprocessor, of as many warps as have shared
+// memory. kCompact: the model is compact. kBank: the model has a feature bank, so that features depend on the eye.
+// kShared, kThins: as in DecodeFrame. kPair: there are two eyes, and the networks look from each.
 template <bool kCompact, bool kBank, bool kShared, bool kThins, bool kPair>
 __global__ void __launch_bounds__(32 * kMostDecodeWarps) decodeKernel(const __grid_constant__ DecodeCudaArgs args)
 {
@@ -212,23 +214,24 @@ __global__ void __launch_bounds__(32 * kMostDecodeWarps) decodeKernel(const __gr
     DecodeNetworks& networks = *reinterpret_cast<DecodeNetworks*>(memory);
     loadNetworks<kBank>(args, networks);
 
-    constexpr uint32_t kLooks = kPair ? 2 : 1; // looks at the anchors of a step
+    constexpr uint32_t kLooks = kPair ? 2 : 1; // calls of decodeRows() for the anchors of a step
     const uint32_t lane = threadIdx.x & 31u, g = lane >> 2;
     const uint32_t warp = (blockIdx.x * blockDim.x + threadIdx.x) >> 5, warps = gridDim.x * blockDim.x >> 5;
     const uint32_t count = min(*args.visible_count, args.visible_capacity);
     Waiting<kPair>& waiting = reinterpret_cast<Waiting<kPair>*>(memory + sizeof(DecodeNetworks))[threadIdx.x >> 5];
     WaitingRange range;
     EyeTally left, right;
-    uint32_t positive = 0; // bit per eye
+    uint32_t positive = 0; // a bit for each eye that sees an opacity above zero
     const auto entryAt = [&](uint32_t index) { return index < count ? args.visible[index] : 0u; };
-    // emits until the next look has room
+    // emits until there is room for the Gaussians of the next call
     const uint32_t most_new = kRows / kLooks * args.model.params.n_offsets;
     const uint32_t too_many = min(32u, Waiting<kPair>::kRoom - most_new + 1);
 
-    // The first step is fixed; the others come from a queue, for their Gaussians differ in number. A last step without
-    // anchors emits the Gaussians that still wait: so this long code is there once.
+    // The first step of a warp is fixed, later ones come from a queue, since anchors differ in the number of Gaussians
+    // that are kept. A last step without anchors emits the Gaussians that still wait; so this long code is there once.
     uint32_t first = warp * kRows;
-    uint32_t entries = entryAt(first + (lane & 15u)); // 0: no anchor; from lane 16 on soon those of the next step
+    // 0: no anchor; in lanes from 16 on, later those of the next step
+    uint32_t entries = entryAt(first + (lane & 15u));
     while (true) {
         const bool some = first < count;
         const uint32_t taken = some && lane == 0 ? atomicAdd(&args.counters->pass.next_anchors, kRows) : 0u;
@@ -249,8 +252,8 @@ __global__ void __launch_bounds__(32 * kMostDecodeWarps) decodeKernel(const __gr
                 }
                 decodeRows<kCompact, kBank, kPair>(args, networks, rows, lane, waiting, range, positive);
                 __syncwarp();
-                // for the next step: here the networks' registers are free, and the networks' own inputs were asked for
-                // earlier
+                // prefetches for the next step here, where the registers of the networks are free; the inputs of this
+                // step's networks were prefetched before
                 if (look == 0) {
                     next = warps * kRows + __shfl_sync(~0u, taken, 0);
                     if (lane >= 16)
@@ -277,7 +280,7 @@ void launchDecode(const DecodeCudaArgs& args, uint32_t processors, size_t shared
 {
     const auto launch = [&](auto bank, auto shared_bins, auto thins, auto pair) {
         constexpr bool kPair = decltype(pair)::value;
-        // on compute capability 8.6, 8.9 and 12.0 a block can have 99 KiB
+        // a block can have 99 KiB of shared memory on compute capability 8.6, 8.9 and 12.0
         static_assert(sizeof(DecodeNetworks) + 8 * sizeof(Waiting<kPair>) <= 99 * 1024);
         const size_t rooms = (shared_bytes - std::min(shared_bytes, sizeof(DecodeNetworks))) / sizeof(Waiting<kPair>);
         const auto warps = uint32_t(std::min<size_t>(rooms, kMostDecodeWarps));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Last step of decoding in the tier `fast`: from the networks' outputs for a warp's Gaussians to splats in their slots,
-// counted in their cells.
+// Last step of decoding in the tier `fast`: turns the networks' outputs for the Gaussians of a warp into splats in
+// slots, and counts these in their cells.
 #pragma once
 
 #include "kernels/cuda/anchor_shape.cuh"
@@ -10,23 +10,23 @@
 
 namespace gsc {
 
-constexpr uint32_t kRows = 16; // rows of the networks: an anchor each, seen from one place
+constexpr uint32_t kRows = 16; // rows of the networks: each is an anchor seen from one place
 constexpr uint32_t kNoSlot = ~0u;
 
-// Bins of both boxes. Precondition: neither is kNoBins.
+// Smallest box of bins that holds both boxes. Precondition: neither is kNoBins.
 __device__ __forceinline__ uint32_t boxAround(uint32_t a, uint32_t b)
 {
     return (__vminu4(a, b) & 0xffffu) | (__vmaxu4(a, b) & 0xffff0000u);
 }
 
-// True if the Gaussian is so thin that FastRules::box() may not bound it. The margin covers rounding.
+// Returns true if the Gaussian is so thin that FastRules::box() may not bound it. The margin covers rounding.
 __device__ __forceinline__ bool isNeedle(const Candidate& splat)
 {
     const float b = __uint_as_float(splat.words[0].w), c = __uint_as_float(splat.words[1].x);
     return !(c * c > 2 * kTrustedDeterminant * (b * b + c * c));
 }
 
-// A slot that an eye does not see: a splat of some pixels that no image holds.
+// Writes a slot that an eye does not see: a splat a few pixels in size that no image contains.
 __device__ __forceinline__ void writeUnseen(const DecodeCudaArgs& args, uint32_t e, uint32_t slot, uint32_t order)
 {
     const uint32_t one = __float_as_uint(1.0f), far_off = __float_as_uint(kUnseenPlace);
@@ -36,7 +36,7 @@ __device__ __forceinline__ void writeUnseen(const DecodeCudaArgs& args, uint32_t
     args.touches[touchPlace(true, e, slot)] = uint16_t(kTouchUnknown);
 }
 
-// True if there was something to write and room for it.
+// Writes a splat to its slot. Returns true if it is drawn and there was room for it.
 template <bool kShared>
 __device__ __forceinline__ bool writeSplat(const DecodeCudaArgs& args, uint32_t e, bool drawn, uint32_t slot,
                                            const Candidate& splat)
@@ -54,13 +54,13 @@ __device__ __forceinline__ bool writeSplat(const DecodeCudaArgs& args, uint32_t 
     return true;
 }
 
-constexpr uint32_t kNoOrder = ~0u; // more than any
+constexpr uint32_t kNoOrder = ~0u; // larger than any order of emission
 
-// A Gaussian before its networks: the same for every eye.
+// A Gaussian before its networks, which is equal for every eye.
 struct PlainGaussian {
     float position[3], extent[3];
-    uint32_t order; // number in the order of emission, or kNoOrder: its offset is not finite
-    bool masked;    // never drawn: not for emitGaussian()
+    uint32_t order; // number in the order of emission; kNoOrder if the offset is not finite
+    bool masked;    // true: the slot is never drawn and must not be given to emitGaussian()
 };
 
 template <bool kCompact>
@@ -69,7 +69,7 @@ __device__ __forceinline__ PlainGaussian plainGaussian(const DeviceModel& model,
     const float4 center = reinterpret_cast<const float4*>(model.placement)[anchor];
     const AnchorShape shape = anchorShape<kCompact>(model, anchor);
     const OffsetSteps offset = offsetSteps<kCompact>(model, anchor, k);
-    // note: not a choice, before which the source would not be asked for
+    // note: joined by bits and not by a branch, which would delay the load of the source index
     const uint32_t order = (model.source[anchor] * model.params.n_offsets + k) | (offset.finite ? 0u : kNoOrder);
     return {{fmaf(offset.along[0], shape.step[0], center.x), fmaf(offset.along[1], shape.step[1], center.y),
              fmaf(offset.along[2], shape.step[2], center.z)},
@@ -78,17 +78,18 @@ __device__ __forceinline__ PlainGaussian plainGaussian(const DeviceModel& model,
             offset.masked};
 }
 
-// Counts of one lane's emitted Gaussians: 0 or 1, and pairs of a cell and a splat.
+// Counts for one lane: Gaussians alive, splats written (each 0 or 1), and pairs of a cell and a splat.
 struct Emitted {
     uint32_t alive, written, pairs;
 };
 
-// Outputs of the networks for a Gaussian, activated. quaternion: of length sqrt(2), as projectFast() takes it.
+// Outputs of the networks for a Gaussian, after activation. quaternion: of length sqrt(2), as projectFast() takes it.
 struct ActiveGaussian {
     float sigma[3], color[3], quaternion[4];
 };
 
-// of(i): output i of the networks, before activations: scale (0 to 2), rotation (3 to 6), colour (7 to 9).
+// Activates the outputs of a Gaussian. of(i): output i of the networks before activation: scale (0 to 2), rotation (3
+// to 6), colour (7 to 9).
 template <typename Outputs>
 __device__ __forceinline__ ActiveGaussian activeGaussian(const PlainGaussian& plain, const Outputs& of)
 {
@@ -109,12 +110,12 @@ __device__ __forceinline__ ActiveGaussian activeGaussian(const PlainGaussian& pl
     return active;
 }
 
-// Projects a lane's Gaussian for one eye, and writes what the eye sees of it; an opacity below kOpacityFloor stands for no
-// Gaussian. All lanes of the warp call it together. project(out, finite): as projectFast().
-// kShared: the eyes share their bins. slot and box are what the first eye wrote it to, or kNoSlot and kNoBins; then what
-// this eye did. The last of them (`last`) gives each slot its place and counts it. A Gaussian takes a slot for each eye
-// where a box round both would be larger than both together, and where blending could not tell that it ends within an
-// eye's own box (isNeedle()). Two such slots may meet in a bin; no eye sees both.
+// Projects the Gaussian of a lane for one eye, and writes what the eye sees of it; a lane whose opacity is below
+// kOpacityFloor has no Gaussian. All lanes of the warp call it together. project(out, finite): as projectFast().
+// kShared: the eyes share their bins. slot and box: in, those to which the first eye wrote the Gaussian, or kNoSlot and
+// kNoBins; out, those of this eye. The last eye (`last`) gives each slot its place and counts it. A Gaussian takes one
+// slot for each eye if a box round both would be larger than both together, or if blending could not tell that it ends
+// within an eye's own box (isNeedle()). Two such slots may be in the same bin, but no eye sees both.
 template <bool kShared, typename Project>
 __device__ __forceinline__ Emitted emitProjected(const DecodeCudaArgs& args, uint32_t e, float opacity,
                                                  const float* position, const Project& project, bool last,
@@ -129,10 +130,10 @@ __device__ __forceinline__ Emitted emitProjected(const DecodeCudaArgs& args, uin
                           passOf(args.pass, args.grid, viewPoint<float>(args.eyes[e], at).z) == args.pass.index;
         if (here) {
             emitted.alive = 1;
-            bool finite; // position and covariance are finite
+            bool finite; // set to true if position and covariance are finite
             drawn = project(out, finite);
             drawn = drawn & finite;
-            if (!finite) // rare
+            if (!finite) // true for few Gaussians
                 atomicAdd(&args.counters->dropped[e], 1u);
         }
     }
@@ -156,7 +157,7 @@ __device__ __forceinline__ Emitted emitProjected(const DecodeCudaArgs& args, uin
         const bool fresh = drawn && (slot == kNoSlot || apart);
         SplatPlace first_alone{0, kNoBins};
         if (again && (!drawn || apart)) {
-            writeUnseen(args, e, slot, 0); // the splat's order is read from the first eye's row
+            writeUnseen(args, e, slot, 0); // order 0, since a splat's order is read from the first eye's row
             first_alone = args.places[slot];
         }
         const uint32_t reserved =
@@ -177,7 +178,7 @@ __device__ __forceinline__ Emitted emitProjected(const DecodeCudaArgs& args, uin
         slot = drawn ? slot : kNoSlot;
         box = out.place.box;
         if (last)
-            // note: a loop, rarely of two rounds, so that this long code is there once
+            // note: a loop that rarely has two rounds, so that this long code is compiled once
             for (bool more = true; more; out.place = first_alone, first_alone.box = kNoBins) {
                 emitted.pairs += countCells(args, 0, out.place);
                 more = __any_sync(~0u, first_alone.box != kNoBins);
@@ -186,7 +187,7 @@ __device__ __forceinline__ Emitted emitProjected(const DecodeCudaArgs& args, uin
     return emitted;
 }
 
-// Emits, as emitProjected() does, a Gaussian that the networks gave. of: as in activeGaussian().
+// Emits, as emitProjected() does, a Gaussian with the outputs of the networks. of: as in activeGaussian().
 template <bool kShared, bool kThins, typename Outputs>
 __device__ __forceinline__ Emitted emitGaussian(const DecodeCudaArgs& args, uint32_t e, float opacity,
                                                 const PlainGaussian& plain, const Outputs& of, bool last,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The networks on the matrix units, as one warp computes them for 16 rows (fragments.h): gather, first layer, second layers.
-// Both decoders of the tier `fast` are made of it (decode_kernel.cuh, kernels/reuse/decode_keep.cu).
+// Computes the networks on the matrix units: gather, first layer, second layers. One warp does so for 16 rows
+// (fragments.h). Both decoders of the tier `fast` use it (decode_kernel.cuh, kernels/reuse/decode_keep.cu).
 #pragma once
 
 #include "kernels/cuda/halves.cuh"
@@ -15,14 +15,14 @@ __device__ __forceinline__ float sigmoidFast(float v)
     return __fdividef(1.0f, 1.0f + __expf(-v));
 }
 
-// note: 1 - 2 / (e^2v + 1) loses relative precision near zero, where the opacity is below 1/255 and dropped anyway
+// note: 1 - 2 / (e^2v + 1) loses relative precision near zero, where the opacity is below 1/255 and nothing is drawn
 __device__ __forceinline__ float tanhFast(float v)
 {
     return 1.0f - __fdividef(2.0f, __expf(2.0f * v) + 1.0f);
 }
 
-// A operand of the view tile: lane 0 of a row holds the high parts of the direction, lane 1 the low parts, lane 2
-// distance and level, lane 3 ones.
+// A operand of the view tile for one lane of a row: lane 0 holds the high parts of the direction, lane 1 the low parts,
+// lane 2 distance and level, lane 3 ones.
 __device__ __forceinline__ void viewOperand(uint32_t t, const float* u, float distance, float level, uint32_t& low,
                                             uint32_t& high)
 {
@@ -43,7 +43,7 @@ __device__ __forceinline__ void viewOperand(uint32_t t, const float* u, float di
     high = packHalves(v[2], v[3]);
 }
 
-// Softmax weights of the feature bank for one anchor and eye. The four lanes of its row share the hidden units.
+// Softmax weights of the feature bank for one anchor and eye. The four lanes of the row share the work on hidden units.
 __device__ __forceinline__ void bankWeights(const float* bank, uint32_t t, const float* direction, float distance,
                                             float level, float (&weights)[3])
 {
@@ -54,7 +54,7 @@ __device__ __forceinline__ void bankWeights(const float* bank, uint32_t t, const
         const float4 a = unit[0], b = unit[1];
         float h = fmaf(a.x, direction[0], fmaf(a.y, direction[1], fmaf(a.z, direction[2], b.y)));
         h = fmaf(a.w, distance, fmaf(b.x, level, h));
-        h = h < 0.0f ? 0.0f : h; // NaN stays
+        h = h < 0.0f ? 0.0f : h; // a ReLU that keeps NaN
         sum[0] = fmaf(b.z, h, sum[0]);
         sum[1] = fmaf(b.w, h, sum[1]);
         sum[2] = fmaf(bank[u * kBankStride + 8], h, sum[2]);
@@ -78,8 +78,8 @@ __device__ __forceinline__ void bankWeights(const float* bank, uint32_t t, const
         weights[i] *= inverse;
 }
 
-// The features of row r after the bank: feature j becomes w0 f[4 (j mod 8)] + w1 f[2 (j mod 16)] + w2 f[j]. A lane holds
-// features 8 t to 8 t + 7, two to a word, and gets the others from the lanes of its row.
+// Passes the features of row r through the feature bank: feature j becomes w0 f[4 (j mod 8)] + w1 f[2 (j mod 16)] + w2
+// f[j]. A lane holds features 8 t to 8 t + 7, two in a word, and gets the others from the lanes of the row.
 __device__ __forceinline__ void bankedFeatures(const uint32_t (&feature)[2][4], uint32_t r, const float (&w)[3],
                                                uint32_t lane, uint32_t (&out)[2][4])
 {
@@ -87,8 +87,8 @@ __device__ __forceinline__ void bankedFeatures(const uint32_t (&feature)[2][4], 
     const uint32_t row = lane & ~3u, half = row + (lane & 1u) * 2;
 #pragma unroll
     for (uint32_t word = 0; word < 4; ++word) {
-        // values 2 word and 2 word + 1 of this lane's eight: of every fourth feature they are in lane `word` of the row,
-        // of every second one in the words 2 word and 2 word + 1 of two lanes
+        // loads what values 2 word and 2 word + 1 of this lane need: lane `word` of the row holds every fourth feature
+        // for them, the words 2 word and 2 word + 1 of two lanes every second one
         const float fourth[2] = {halvesOf(__shfl_sync(~0u, own[0], row + word)).x,
                                  halvesOf(__shfl_sync(~0u, own[2], row + word)).x};
         const uint32_t from = half + word / 2;
@@ -100,22 +100,22 @@ __device__ __forceinline__ void bankedFeatures(const uint32_t (&feature)[2][4], 
     }
 }
 
-// Weights in shared memory.
+// Weights of the networks in shared memory.
 struct DecodeNetworks {
     uint4 pairs[kPairTiles * 32];
     uint2 views[kFirstTiles * 32];
-    float4 biases[kSecondTiles * 4]; // biases of the second layers, as a lane's accumulators begin with them
+    float4 biases[kSecondTiles * 4]; // biases of the second layers, in the layout with which a lane's sums start
     alignas(16) float bank[kBankValues];
 };
 
-// d += a b over the two k tiles of a pair.
+// Computes d += a b over the two k tiles of a pair.
 __device__ __forceinline__ void multiplyPair(float* d, const uint32_t (*a)[4], const uint4& b)
 {
     mmaM16N8K16(d, a[0], {b.x, b.y});
     mmaM16N8K16(d, a[1], {b.z, b.w});
 }
 
-// A tile of the second layers: `hidden` are the A operands of its head's two k tiles.
+// Computes a tile of the second layers; `hidden` has the A operands of the two k tiles of the tile's head.
 __device__ __forceinline__ void secondLayerTile(const DecodeNetworks& networks, uint32_t tile, uint32_t lane,
                                                 const uint32_t (*hidden)[4], float* out)
 {
@@ -127,14 +127,14 @@ __device__ __forceinline__ void secondLayerTile(const DecodeNetworks& networks, 
     multiplyPair(out, hidden, networks.pairs[(kFirstTiles + tile) * 32 + lane]);
 }
 
-// Value v of a lane's list, for row r of the pair.
+// Value number v of those that a lane has in a head's tiles, for row r (0 or 1) of the lane's pair of rows.
 template <uint32_t kTiles>
 __device__ __forceinline__ float value(const float (&out)[kTiles][4], uint32_t v, uint32_t r)
 {
     return out[v >> 1][(v & 1u) + 2 * r];
 }
 
-// All threads of the block call it together.
+// Loads the weights into shared memory. All threads of the block call it together.
 template <bool kBank>
 __device__ __forceinline__ void loadNetworks(const DecodeCudaArgs& args, DecodeNetworks& networks)
 {
@@ -154,7 +154,7 @@ __device__ __forceinline__ void loadNetworks(const DecodeCudaArgs& args, DecodeN
     __syncthreads();
 }
 
-// Features 8t to 8t + 7 of an anchor, as halves.
+// Features 8 t to 8 t + 7 of an anchor, as half floats.
 template <bool kCompact>
 __device__ __forceinline__ uint4 featuresOf(const DeviceModel& model, size_t anchor, uint32_t t)
 {
@@ -163,9 +163,10 @@ __device__ __forceinline__ uint4 featuresOf(const DeviceModel& model, size_t anc
     const uint2 steps = reinterpret_cast<const uint2*>(model.compact_feature)[anchor * 4 + t];
     const float power_of_two = powerOfTwo(model.compact_shape[anchor].feature_power);
     const __half2 power = __floats2half2_rn(power_of_two, power_of_two);
-    const __half2 nothing = __floats2half2_rn(1152.0f, 1152.0f); // 1024 and the 128 that all are more
+    // 1024, which the bit pattern adds, and the 128 that is added to each stored step
+    const __half2 nothing = __floats2half2_rn(1152.0f, 1152.0f);
     const auto halves = [power, nothing](uint32_t bytes, uint32_t which) {
-        // a byte below 0x64 is the half of 1024 more than it
+        // a byte with 0x64 above it is the half float of 1024 + the byte
         const uint32_t counted = __byte_perm(bytes, 0x64646464u, which);
         const __half2 value = __hmul2(__hsub2(reinterpret_cast<const __half2&>(counted), nothing), power);
         return reinterpret_cast<const uint32_t&>(value);
@@ -173,7 +174,7 @@ __device__ __forceinline__ uint4 featuresOf(const DeviceModel& model, size_t anc
     return {halves(steps.x, 0x4140u), halves(steps.x, 0x4342u), halves(steps.y, 0x4140u), halves(steps.y, 0x4342u)};
 }
 
-// Features and levels of a lane's two rows, the features as operands: per k tile.
+// Loads features and levels for the two rows of a lane, the features as operands for each k tile.
 template <bool kCompact>
 __device__ __forceinline__ void gatherInputs(const DecodeCudaArgs& args, const uint32_t (&anchors)[2], uint32_t t,
                                              uint32_t (&feature)[2][4], float (&levels)[2])
@@ -196,8 +197,8 @@ __device__ __forceinline__ void gatherInputs(const DecodeCudaArgs& args, const u
                     levels[r] = float(model.levels[l].level);
 }
 
-// Hidden units of all heads, each of a lane's rows seen from one of `centers`, as operands of the second layers, two k
-// tiles per head.
+// Computes the hidden units of all heads, each row of the lane seen from one of `centers`, as operands of the second
+// layers: two k tiles for each head.
 template <bool kBank>
 __device__ __forceinline__ void firstLayer(const DecodeCudaArgs& args, const DecodeNetworks& networks, uint32_t lane,
                                            const float (&positions)[2][3], const float* const (&centers)[2],
@@ -205,7 +206,7 @@ __device__ __forceinline__ void firstLayer(const DecodeCudaArgs& args, const Dec
                                            uint32_t (&hidden)[6][4])
 {
     const uint32_t t = lane & 3u;
-    uint32_t view[4], inputs[2][4]; // inputs: the features, after the bank
+    uint32_t view[4], inputs[2][4]; // inputs: features, behind the feature bank if there is one
 #pragma unroll
     for (uint32_t r = 0; r < 2; ++r) {
         float u[3];
@@ -228,7 +229,7 @@ __device__ __forceinline__ void firstLayer(const DecodeCudaArgs& args, const Dec
             inputs[i / 4][i % 4] = feature[i / 4][i % 4];
 #pragma unroll
     for (uint32_t nt = 0; nt < kFirstTiles; ++nt) {
-        float d[4] = {}; // the view tile adds the bias
+        float d[4] = {}; // starts at zero, since the view tile adds the bias
         multiplyPair(d, inputs, networks.pairs[nt * 32 + lane]);
         mmaM16N8K16(d, view, networks.views[nt * 32 + lane]);
         hidden[nt / 2][(nt & 1u) * 2] = halvesRelu(d[0], d[1]);
@@ -236,8 +237,9 @@ __device__ __forceinline__ void firstLayer(const DecodeCudaArgs& args, const Dec
     }
 }
 
-// Rank of this lane's Gaussians among those that the warp keeps: slot-major, so that neighbours share an anchor. keep:
-// a bit per slot of the lane. Returns their number over the warp.
+// Finds the rank of each Gaussian of this lane among those that the warp keeps, slot by slot, so that neighbours in
+// rank come from neighbouring anchors. keep: a bit for each slot of the lane. Returns the number of Gaussians that the
+// warp keeps.
 template <uint32_t kSlots>
 __device__ __forceinline__ uint32_t stagingIndices(uint32_t keep, uint32_t lane, uint32_t (&index)[kSlots])
 {
@@ -251,7 +253,7 @@ __device__ __forceinline__ uint32_t stagingIndices(uint32_t keep, uint32_t lane,
     return total;
 }
 
-// Opacities of a lane's Gaussians.
+// Computes the opacities of a lane's Gaussians.
 __device__ __forceinline__ void opacityLayer(const DecodeNetworks& networks, uint32_t lane,
                                              const uint32_t (&hidden)[6][4], float (&opacity)[kOpacityTiles][4])
 {
@@ -265,8 +267,8 @@ __device__ __forceinline__ void opacityLayer(const DecodeNetworks& networks, uin
             o = tanhFast(o);
 }
 
-// The values of a head, kPer of a Gaussian: put(r, item, which, value) for each of a lane's rows and Gaussians; which:
-// counted from kWhich. Few tiles at a time, or there are not registers enough.
+// Computes the outputs of a head, kPer for each Gaussian, and calls put(r, item, which, value) for those of each row
+// and Gaussian of this lane; `which` is counted from kWhich. Does a few tiles at a time, since registers are short.
 template <uint32_t kFirst, uint32_t kTiles, uint32_t kPer, uint32_t kWhich, typename Put>
 __device__ __forceinline__ void putHead(const DecodeNetworks& networks, uint32_t lane, const uint32_t (*hidden)[4],
                                         Put put)
@@ -289,7 +291,7 @@ __device__ __forceinline__ void putHead(const DecodeNetworks& networks, uint32_t
     }
 }
 
-// Shapes and colours; `which` as emitGaussian() takes them.
+// Computes shapes and colours; put() gets `which` as emitGaussian() numbers outputs.
 template <typename Put>
 __device__ __forceinline__ void shapeLayers(const DecodeNetworks& networks, uint32_t lane,
                                             const uint32_t (&hidden)[6][4], Put put)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Host side of the matrix-unit decode: weights in the order of its fragments.
+// Packs the weights for the decoder on matrix units, on the host, in the order of its fragments.
 #include "kernels/decode/fast/decode_fast_cuda.h"
 
 #include <gsc/half.h>
@@ -13,16 +13,17 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kHidden = 32; // units per head
+constexpr uint32_t kHidden = 32; // hidden units of a head
 
-// Saturating; NaN becomes zero.
+// Bits of the half float nearest to `value`; the largest finite one for larger values, zero for NaN.
 uint16_t halfBits(float value)
 {
     return floatToHalf(value == value ? std::clamp(value, -65504.0f, 65504.0f) : 0.0f);
 }
 
-// Input behind slot s of lane t in the view tile, counted from the features' end; -1: zero. Lanes 0 and 1 hold the high and
-// low parts of the direction, lane 2 those of the distance, and the level, lane 3 ones for the parts of the bias.
+// Input that slot s of lane t in the view tile multiplies, counted from the end of the features; -1: zero. Lanes 0 and
+// 1 hold the high and low parts of the direction, lane 2 those of the distance, and the level, lane 3 ones for the two
+// parts of the bias.
 constexpr int kDistanceInput = 3, kBiasHigh = 5, kBiasLow = 6;
 constexpr int kViewInput[4][4] = {
     {0, 1, 2, -1}, {0, 1, 2, -1}, {kDistanceInput, kDistanceInput, 4, -1}, {kBiasHigh, kBiasLow, -1, -1}};
@@ -53,7 +54,7 @@ std::vector<float> packBank(const ModelView& model, const MlpRecord& bank)
 
 bool canDecodeFast(const ModelView& model)
 {
-    // all networks have as many hidden units as there are features
+    // the number of features is also that of the hidden units of all networks
     return model.params->feat_dim == kFastFeatures && model.params->n_offsets <= 4 * kItemsPerLane;
 }
 
@@ -62,7 +63,7 @@ DecodeWeights packFragments(const ModelView& model, int32_t appearance)
     const ModelParams& params = *model.params;
     const uint32_t F = params.feat_dim, K = params.n_offsets;
     const PackedMlpHeader& header = *reinterpret_cast<const PackedMlpHeader*>(model.packed);
-    // heads of kHidden units lie side by side: no padding is between them
+    // the heads lie side by side with no padding between them, since each has kHidden units
     const float* first = packedWeights(model, header.first_f32);
     const auto firstWeight = [first](uint32_t row, uint32_t column) {
         return first[size_t(row) * 3 * kHidden + column];
@@ -72,7 +73,8 @@ DecodeWeights packFragments(const ModelView& model, int32_t appearance)
     out.fragments.assign(size_t(kFragmentTiles) * kTileHalves, 0);
     out.biases.assign(kBiasCount, 0.0f);
 
-    std::vector<float> first_bias(8 * kFirstTiles); // each bias as a half, and the rest as another
+    // biases, each of which is packed as a half float and a second one for what remains
+    std::vector<float> first_bias(8 * kFirstTiles);
     for (uint32_t column = 0; column < first_bias.size(); ++column) {
         float& bias = first_bias[column];
         bias = packedWeights(model, header.first_bias_f32)[column];
@@ -86,7 +88,7 @@ DecodeWeights packFragments(const ModelView& model, int32_t appearance)
         if (input < 0)
             return halfBits(0);
         if (bias != bias && (input == kBiasHigh || input == kBiasLow))
-            return floatToHalf(bias); // stays
+            return floatToHalf(bias); // a NaN stays NaN
         if (input == kBiasHigh)
             return halfBits(bias);
         if (input == kBiasLow)
@@ -94,11 +96,12 @@ DecodeWeights packFragments(const ModelView& model, int32_t appearance)
         return halfBits(firstWeight(F + uint32_t(input), column) * (input == kDistanceInput ? kDistanceScale : 1.0f));
     };
 
-    // halves of a lane, of k tile kt of a pair
+    // first of the half floats of a lane in k tile kt of a pair
     const auto ofPair = [&](uint32_t pair, uint32_t kt, uint32_t lane) {
         return out.fragments.data() + ((size_t(pair) * 32 + lane) * 2 + kt) * 4;
     };
-    // B fragment of mma.m16n8k16: lane = 4 * column + t holds rows {2t, 2t+1, 2t+8, 2t+9}; the rows are ours to name
+    // B fragment of mma.m16n8k16: lane 4 * column + t holds rows {2t, 2t+1, 2t+8, 2t+9}; which input a row means is
+    // free to choose
     for (uint32_t kt = 0; kt < 3; ++kt)
         for (uint32_t nt = 0; nt < kFirstTiles; ++nt)
             for (uint32_t lane = 0; lane < 32; ++lane)
@@ -110,7 +113,7 @@ DecodeWeights packFragments(const ModelView& model, int32_t appearance)
                                    : viewWeight(kViewInput[t][s], column);
                 }
 
-    // second layers: column pairs are dealt to lanes so that a lane ends up with whole Gaussians
+    // second layers: pairs of columns are dealt out so that each lane gets all outputs of its Gaussians
     const uint32_t tiles[3] = {kOpacityTiles, kCovarianceTiles, kColorTiles};
     const uint32_t width[3] = {1, 7, 3};
     uint32_t tile = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Projection in the tier `fast`: from a decoded Gaussian to the splat that blending reads.
+// Projects in the tier `fast`: turns a decoded Gaussian into the splat that blending reads.
 #pragma once
 
 #include "kernels/cuda/halves.cuh"
@@ -10,9 +10,9 @@
 namespace gsc {
 
 struct Candidate {
-    uint4 words[2]; // PackedSplat; kept as words, so that it stays in registers
+    uint4 words[2]; // a PackedSplat, as words, so that it stays in registers
     SplatPlace place;
-    uint32_t touch; // touchCode()
+    uint32_t touch; // touchCode() of the splat
 };
 
 // Rotation matrix, row-major, of a quaternion of length sqrt(2).
@@ -30,11 +30,11 @@ __device__ __forceinline__ void rotationOf(const float* quaternion, float (&r)[9
     r[8] = 1 - (qx * qx + qy * qy);
 }
 
-// Projects one Gaussian. False if it cannot change a pixel of the columns that are drawn. root(u, v, uu, uv, vv): adds up
-// what the columns of a root of its covariance, world units, make of two vectors: sums of squares and of products. finite:
-// it can be projected, or lies outside of the depths that are drawn. kThins: DecodeFrame::thins.
-// note: no early return, and & in place of &&: nearly every Gaussian goes all the way, and a branch costs more than it
-// saves
+// Projects one Gaussian. Returns false if it cannot change a pixel of the columns that are drawn. root(u, v, uu, uv,
+// vv): multiplies the columns of a root of the covariance (world units) with two vectors, and adds up squares and
+// products of the results. finite: set to true if the Gaussian can be projected, or lies outside of the depths that are
+// drawn. kThins: as in DecodeFrame. note: no early return, and & in place of &&: nearly every Gaussian goes all the
+// way, and a branch costs more than it saves
 template <bool kThins, typename Root>
 __device__ __forceinline__ bool projectRoot(const DecodeCudaArgs& args, uint32_t e, const float* position,
                                             const Root& root, float opacity, const float* color, uint32_t order,
@@ -51,7 +51,7 @@ __device__ __forceinline__ bool projectRoot(const DecodeCudaArgs& args, uint32_t
     const float tx = fminf(lens.most[0], fmaxf(lens.least[0], ux)), ty = fminf(lens.most[1], fmaxf(lens.least[1], uy));
     const float fx = eye.focal_x * inv_z, fy = eye.focal_y * inv_z;
     const float* w = eye.world_to_view;
-    float ju[3], jv[3]; // rows of J R, but for fx and fy
+    float ju[3], jv[3]; // rows of J R (projection times rotation) without the factors fx and fy
 #pragma unroll
     for (int i = 0; i < 3; ++i) {
         ju[i] = w[i] - tx * w[8 + i];
@@ -67,9 +67,9 @@ __device__ __forceinline__ bool projectRoot(const DecodeCudaArgs& args, uint32_t
         const float cosine =
             __fdividef(fmaf(ux, gaze[0], fmaf(uy, gaze[1], gaze[2])), sqrtf(fmaf(ux, ux, fmaf(uy, uy, 1.0f))));
         const float wanted = finestVariance(cosine, args.finest);
-        const float has = sqrtf(fmaxf(det, 0.0f)); // geometric mean of both axes' variances
+        const float has = sqrtf(fmaxf(det, 0.0f)); // geometric mean of the variances along both axes
         if (drawn && has < wanted) {
-            drawn = foveationRank(order) < __fdividef(has, wanted); // drawn with this chance
+            drawn = foveationRank(order) < __fdividef(has, wanted); // the probability with which the splat is drawn
             const float grows = __fdividef(wanted, has);
             a *= grows;
             b *= grows;
@@ -85,7 +85,8 @@ __device__ __forceinline__ bool projectRoot(const DecodeCudaArgs& args, uint32_t
     float x0 = x - ex, y0 = y - ey, x1 = x + ex, y1 = y + ey;
     const float mid = 0.5f * (a + c);
     const float axis = sqrtf(mid + sqrtf(fmaxf(args.rules.eigen_floor, mid * mid - det)));
-    if (fmaxf(ex, ey) >= float(kTileSize)) { // the square of a smaller one ends at most 3 pixels before its ellipse
+    // cuts only large splats: the square of a smaller one ends at most 3 pixels before its ellipse
+    if (fmaxf(ex, ey) >= float(kTileSize)) {
         const float radius = ceilf(3.0f * axis);
         x0 = fmaxf(x0, floorf((x - radius) * (1.0f / kTileSize)) * kTileSize);
         y0 = fmaxf(y0, floorf((y - radius) * (1.0f / kTileSize)) * kTileSize);
@@ -96,15 +97,15 @@ __device__ __forceinline__ bool projectRoot(const DecodeCudaArgs& args, uint32_t
     drawn =
         drawn & (x1 >= left) & (y1 >= 0.0f) & (x0 <= right) & (y0 <= bottom) & (ceilf(x0) <= x1) & (ceilf(y0) <= y1);
     finite = drawn | outside | ((det == det) & (x == x) & (y == y));
-    // pixels in the low bits, as in packSteps(): rounded down
+    // whole pixels in the low bits, as in packSteps(), rounded down
     const auto whole = [](float pixel) { return __float_as_uint(__fadd_rz(pixel, 0x1p23f)); };
     const uint32_t left0 = whole(ceilf(fmaxf(x0, left))), top0 = whole(ceilf(fmaxf(y0, 0.0f)));
     const uint32_t right1 = whole(fmaxf(fminf(x1, right), 0.0f)), bottom1 = whole(fmaxf(fminf(y1, bottom), 0.0f));
     const uint32_t row_bits = args.grid.height == 16 ? 4u : 5u;
     const uint32_t from = __byte_perm(left0 / kBinWidth, top0 >> row_bits, 0x0040),
                    to = __byte_perm(right1 / kBinWidth, bottom1 >> row_bits, 0x0040);
-    // The tiles of upstream's square, which is no smaller than this, cut nothing of a box within it, but for a last pixel
-    // less than one before the square's end that is a tile's first.
+    // The square of the trainers' code is no smaller than this one. Its tiles cut nothing from a box within it, except
+    // a last pixel that is less than one pixel before the end of the square and the first of a tile.
     const float square = ceilf(2.999f * axis);
     const auto isCut = [square](uint32_t last, float middle) {
         return (last % kTileSize == 0) & (__uint_as_float(last) - 0x1p23f + 1.001f > middle + square);
@@ -113,7 +114,8 @@ __device__ __forceinline__ bool projectRoot(const DecodeCudaArgs& args, uint32_t
     out.touch =
         boxed ? touchCode(left0 / kTouchColumn, right1 / kTouchColumn - left0 / kTouchColumn, top0, bottom1 - top0)
               : kTouchUnknown;
-    // the root of the inverse of the covariance, by Cholesky: its second pivot is 1 / c, whatever is left of the determinant
+    // root of the inverse of the covariance, by Cholesky. The second pivot is 1 / c, whatever rounding left of the
+    // determinant
     constexpr float kRoot = 0.849321800288019f; // square root of log2(e) / 2
     const float inv_root_c = rsqrtf(c);
     const float along = kRoot * (c * inv_root_c) * rsqrtf(det), across = -b * (inv_root_c * inv_root_c) * along;
@@ -124,8 +126,8 @@ __device__ __forceinline__ bool projectRoot(const DecodeCudaArgs& args, uint32_t
     return drawn;
 }
 
-// Projects, as projectRoot() does, a Gaussian given by its scale `sigma`, world units, and its rotation. quaternion: of
-// length sqrt(2), which spares the factors 2 of its matrix.
+// Projects, as projectRoot() does, a Gaussian with the scale `sigma` (world units) and a rotation. quaternion: of
+// length sqrt(2), which saves the factors 2 in its matrix.
 template <bool kThins>
 __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t e, const float* position,
                                             const float* sigma, const float* quaternion, float opacity,

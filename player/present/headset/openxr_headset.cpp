@@ -107,7 +107,7 @@ public:
     {
         if (m_state == HeadsetState::Running)
             checkXr(xrRequestExitSession(m_session), "xrRequestExitSession");
-        else if (m_state == HeadsetState::Idle) // there is nothing to be ended
+        else if (m_state == HeadsetState::Idle) // the session has not begun, so it cannot be asked to end
             m_state = HeadsetState::Over;
     }
 
@@ -245,7 +245,7 @@ private:
     void follow(XrSessionState state)
     {
         if (m_state == HeadsetState::Lost || m_state == HeadsetState::Over)
-            return; // whatever a runtime says behind that
+            return; // later events do not matter once the session is lost
         switch (state) {
         case XR_SESSION_STATE_READY: {
             auto info = xrInfo<XrSessionBeginInfo>(XR_TYPE_SESSION_BEGIN_INFO);
@@ -265,11 +265,12 @@ private:
             m_state = HeadsetState::Lost;
             break;
         default:
-            break; // whether pictures are wanted, each frame says
+            break; // beginFrame() tells whether pictures are wanted, not this state
         }
     }
 
-    // Errors are of no use here: a runtime that has gone cannot take anything back.
+    // Destroys the session and everything made for it. Errors are ignored, because nothing can be done about them
+    // here.
     void destroy()
     {
         if (m_blocks)

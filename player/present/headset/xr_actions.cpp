@@ -9,8 +9,8 @@ namespace {
 
 constexpr const char* kHands[] = {"/user/hand/left", "/user/hand/right"};
 
-// Paths of a controller's inputs, below its hand; null: it has none. A float or a vector bound to an input of lower
-// kind takes 0 and 1.
+// OpenXR paths of a controller's inputs, relative to its hand; null: the controller lacks the input. If an action
+// wants a float and the input is a mere button, OpenXR gives 0 or 1.
 struct Controller {
     const char* name;
     const char *grab, *stick, *teleport, *menu_left, *menu_right;
@@ -53,7 +53,7 @@ XrActions::XrActions(XrInstance instance, bool gaze) : m_instance(instance), m_g
 
 XrActions::~XrActions()
 {
-    xrDestroyActionSet(m_set); // destroys its actions too; their spaces went with the session
+    xrDestroyActionSet(m_set); // destroys the actions of the set, too; their spaces went with the session
 }
 
 XrPath XrActions::path(const std::string& text) const
@@ -84,7 +84,8 @@ void XrActions::suggest()
         info.suggestedBindings = bindings.data();
         info.countSuggestedBindings = uint32_t(bindings.size());
         const XrResult result = xrSuggestInteractionProfileBindings(m_instance, &info);
-        if (result != XR_ERROR_PATH_UNSUPPORTED) // a controller that this runtime does not know
+        // fails if this runtime does not know the controller, which is no error
+        if (result != XR_ERROR_PATH_UNSUPPORTED)
             checkXr(result, "xrSuggestInteractionProfileBindings");
     };
     for (const Controller& controller : kControllers) {

@@ -9,14 +9,15 @@ namespace gsc {
 
 class XrActions {
 public:
-    // Suggests bindings for the controllers it knows. Throws Error(Device).
+    // Makes the actions, and binds them to the inputs of known controllers. `gaze`: the eyes' direction, too. Throws
+    // Error(Device).
     XrActions(XrInstance instance, bool gaze);
     ~XrActions();
     XrActions(const XrActions&) = delete;
     XrActions& operator=(const XrActions&) = delete;
 
-    void attach(XrSession session); // call once
-    // Poses in `base` at that time. Nothing is held while the session has no focus.
+    void attach(XrSession session); // attaches the actions to a session; call it once
+    // Reads the input; poses are in space `base` at `time`. While the session has no focus no button is held.
     HeadsetInput read(XrSession session, XrSpace base, XrTime time);
 
 private:

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenXR's results as errors, its structures, and its poses as ours.
+// Turns OpenXR's results into errors and its poses into ours, and fills its structures.
 #pragma once
 
 #include "player/present/vulkan_device.h"
 #include "player/poses/placement.h"
 
-#include <ctime> // before OpenXR's, which have a timespec
+#include <ctime> // must come before OpenXR's header, which uses timespec
 
 #define XR_USE_GRAPHICS_API_VULKAN
 #define XR_USE_TIMESPEC
@@ -14,13 +14,13 @@
 
 namespace gsc {
 
-// Throws Error, "`what` failed", for a result that is no success: Unsupported without a runtime or a headset, else
-// Device.
+// Throws Error, "`what` failed", for a result that is no success: Unsupported if a runtime or a headset is missing,
+// else Device.
 void checkXr(XrResult result, const char* what);
-// checkXr() for the first calls: a runtime that fails there counts as missing (Unsupported).
+// Does as checkXr(), for the first calls: a runtime that fails there counts as missing (Unsupported).
 void checkXrStart(XrResult result, const char* what);
 
-// A structure of OpenXR with its type field set.
+// Makes an OpenXR structure and sets the member `type`.
 template <typename Info>
 Info xrInfo(XrStructureType type, const void* next = nullptr)
 {
@@ -30,7 +30,7 @@ Info xrInfo(XrStructureType type, const void* next = nullptr)
     return info;
 }
 
-// OpenXR's lists: asked for their length first.
+// Reads a list from OpenXR: asks for its length first, then for its items.
 template <typename Item, typename List>
 std::vector<Item> xrList(const char* what, const Item& empty, const List& list)
 {
@@ -42,7 +42,7 @@ std::vector<Item> xrList(const char* what, const Item& empty, const List& list)
     return items;
 }
 
-// A function of an extension. Throws Error(Device) where the runtime does not have it.
+// Looks up a function of an OpenXR extension. Throws Error(Device) if the runtime does not have it.
 template <typename Function>
 Function xrFunction(XrInstance instance, const char* name)
 {

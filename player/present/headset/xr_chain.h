@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The swapchain of one view, and the image of it that is written.
+// The OpenXR swapchain of one view, and the one of its images that is being written.
 #pragma once
 
 #include "player/present/headset/xr_runtime.h"
@@ -8,15 +8,16 @@ namespace gsc {
 
 class XrChain {
 public:
-    XrChain(XrSession session, const HeadsetView& view, VkFormat format, XrSwapchainUsageFlags usage); // throws Error
+    // makes a swapchain in the size of the view; throws Error
+    XrChain(XrSession session, const HeadsetView& view, VkFormat format, XrSwapchainUsageFlags usage);
     ~XrChain();
     XrChain(const XrChain&) = delete;
     XrChain& operator=(const XrChain&) = delete;
 
-    VkImage acquire(); // waits until the headset does not read it
-    void release();    // shows the acquired image from the next frame on
+    VkImage acquire(); // returns the next image, after waiting until the headset no longer reads it
+    void release();    // gives the acquired image to the headset, which shows it from the next frame on
 
-    [[nodiscard]] XrSwapchainSubImage image() const; // all of it
+    [[nodiscard]] XrSwapchainSubImage image() const; // returns the description of the whole image that a layer needs
     [[nodiscard]] uint32_t width() const { return m_width; }
     [[nodiscard]] uint32_t height() const { return m_height; }
 

@@ -9,7 +9,7 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kMost = 1 << 16; // corners, and indices: lenses have some hundred
+constexpr uint32_t kMost = 1 << 16; // largest number of corners, and of indices; masks of real lenses have some hundred
 
 } // namespace
 
@@ -20,7 +20,7 @@ XrMasks::XrMasks(const XrRuntime& runtime, XrSession session)
         return;
     try {
         m_get = xrFunction<PFN_xrGetVisibilityMaskKHR>(runtime.instance, "xrGetVisibilityMaskKHR");
-    } catch (const Error& e) { // the runtime lists an extension that it lacks
+    } catch (const Error& e) { // the runtime lists the extension but lacks its function
         for (HiddenMesh& mesh : m_meshes)
             mesh.fault = formatString("cannot be had (%s), expected one", e.what());
         return;
@@ -38,7 +38,8 @@ void XrMasks::follow(const XrEventDataVisibilityMaskChangedKHR& event)
     m_changed = true;
 }
 
-// A runtime that fails here hides nothing: pictures are drawn whole, and the session continues.
+// Asks the runtime for the mesh of a view. If the runtime fails here, nothing is hidden: pictures are drawn whole, and
+// the session continues.
 HiddenMesh XrMasks::ask(uint32_t view) const
 {
     const auto failed = [](XrResult result) {
@@ -68,7 +69,7 @@ HiddenMesh XrMasks::ask(uint32_t view) const
     mask.indices = mesh.indices.data();
     if (const XrResult result = get(); XR_FAILED(result))
         return failed(result);
-    // it may be another one by now, which an event tells
+    // the mesh may have changed since its length was asked for; an event will tell
     points.resize(std::min(mask.vertexCountOutput, corners));
     mesh.indices.resize(std::min(mask.indexCountOutput, indices));
     for (const XrVector2f& point : points)

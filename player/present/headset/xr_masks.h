@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes of the parts of views that lenses hide (XR_KHR_visibility_mask), kept as the runtime states them.
+// Meshes of the parts of views that lenses hide (XR_KHR_visibility_mask), as the runtime states them.
 #pragma once
 
 #include "player/present/headset/xr_runtime.h"
@@ -10,7 +10,8 @@ namespace gsc {
 
 class XrMasks {
 public:
-    XrMasks(const XrRuntime& runtime, XrSession session); // without the extension nothing is hidden
+    // asks the runtime for the masks; without the extension no part is hidden
+    XrMasks(const XrRuntime& runtime, XrSession session);
 
     void follow(const XrEventDataVisibilityMaskChangedKHR& event);
     bool changed() { return std::exchange(m_changed, false); }
@@ -22,7 +23,7 @@ private:
     const XrRuntime& m_runtime;
     XrSession m_session;
     PFN_xrGetVisibilityMaskKHR m_get = nullptr;
-    std::vector<HiddenMesh> m_meshes; // mesh of each view
+    std::vector<HiddenMesh> m_meshes; // mesh of each view, as stated last
     bool m_changed = false;
 };
 

@@ -35,7 +35,7 @@ std::string versionText(XrVersion version)
                         unsigned(XR_VERSION_PATCH(version)));
 }
 
-// The loader's file, whose name ends in its version.
+// Returns the path of the loaded OpenXR loader, whose file name ends in its version.
 std::string loaderName()
 {
     Dl_info info{};
@@ -62,7 +62,7 @@ XrRuntime::XrRuntime(const HeadsetOptions& options)
         findHeadset();
         chooseViews(options.scale);
         makeDevice(options.device);
-    } catch (...) { // no destructor comes after a constructor that throws
+    } catch (...) { // a destructor does not run if the constructor throws
         device.reset();
         if (instance != XR_NULL_HANDLE)
             xrDestroyInstance(instance);
@@ -106,7 +106,7 @@ void XrRuntime::makeInstance(bool depth)
     auto info = xrInfo<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
     setXrText(info.applicationInfo.applicationName, "gsc-play");
     setXrText(info.applicationInfo.engineName, "gsc");
-    // all that is used is of OpenXR 1.0, which every runtime has
+    // only OpenXR 1.0 is used, which every runtime has
     info.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 0, XR_VERSION_PATCH(XR_CURRENT_API_VERSION));
     info.enabledExtensionCount = uint32_t(m_extensions.size());
     info.enabledExtensionNames = m_extensions.data();
@@ -130,7 +130,7 @@ void XrRuntime::findHeadset()
     facts.tracks_gaze = tracks_gaze = gaze.supportsEyeGazeInteraction == XR_TRUE;
 }
 
-// The runtime names its favourite first.
+// Chooses the kind of views: the first known one in the runtime's list, which is in the runtime's order of preference.
 void XrRuntime::chooseViews(double scale)
 {
     const auto offered = xrList("xrEnumerateViewConfigurations", XrViewConfigurationType{},
@@ -169,7 +169,7 @@ void XrRuntime::chooseViews(double scale)
                    return xrEnumerateEnvironmentBlendModes(instance, system, configuration, n, count, items);
                });
     if (std::ranges::find(blends, blend) == blends.end() && !blends.empty())
-        blend = blends.front(); // glasses that one sees through
+        blend = blends.front(); // takes the first mode, because see-through glasses have no opaque one
 }
 
 void XrRuntime::makeDevice(const std::optional<DeviceUuid>& uuid)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An OpenXR runtime and the headset that it finds, up to the Vulkan device that both use.
+// An OpenXR runtime and the headset that it finds, with the Vulkan device that both use.
 #pragma once
 
 #include "player/present/headset/headset.h"
@@ -9,7 +9,8 @@ namespace gsc {
 
 class XrRuntime {
 public:
-    explicit XrRuntime(const HeadsetOptions& options); // throws Error: Unsupported, Device
+    // finds runtime and headset, and makes the device; throws Error: Unsupported, Device
+    explicit XrRuntime(const HeadsetOptions& options);
     ~XrRuntime();
     XrRuntime(const XrRuntime&) = delete;
     XrRuntime& operator=(const XrRuntime&) = delete;
@@ -22,7 +23,7 @@ public:
     XrEnvironmentBlendMode blend = XR_ENVIRONMENT_BLEND_MODE_OPAQUE;
     bool tracks_gaze = false;
     std::unique_ptr<VulkanDevice> device;
-    HeadsetFacts facts; // facts that need no session
+    HeadsetFacts facts; // facts that are known without a session
 
 private:
     void makeInstance(bool depth);
@@ -30,7 +31,7 @@ private:
     void chooseViews(double scale);
     void makeDevice(const std::optional<DeviceUuid>& uuid);
 
-    std::vector<const char*> m_extensions; // extensions that are switched on
+    std::vector<const char*> m_extensions; // OpenXR extensions that are switched on
 };
 
 } // namespace gsc

@@ -61,7 +61,7 @@ void XrSwapchains::makeDepths(XrSession session)
         layer.subImage = m_depths.back()->image();
         layer.minDepth = 0;
         layer.maxDepth = 1;
-        layer.nearZ = kMostDepth; // depth that minDepth stands for
+        layer.nearZ = kMostDepth; // depth in metres at which the stored value is minDepth
         layer.farZ = kLeastDepth;
         bytes += size_t(view.width) * view.height * sizeof(float);
     }
@@ -95,7 +95,7 @@ void XrSwapchains::take(const HeadsetPictures& given, SharedBlocks& blocks)
     m_copy->endCopies();
     for (const VkImage image : images)
         changeLayout(m_copy->commands, stages, image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-                     VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL); // the layout in which the runtime wants it back
+                     VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL); // layout in which the runtime wants the image back
     m_copy->end();
     submit(blocks);
     for (const Chains* chains : {&m_chains, &m_depths})
@@ -103,7 +103,7 @@ void XrSwapchains::take(const HeadsetPictures& given, SharedBlocks& blocks)
             chain->release();
 }
 
-// Precondition: nothing reads the staging buffer any more.
+// Copies the depths of pictures to images for the runtime. Precondition: nothing reads the staging buffer any more.
 void XrSwapchains::copyDepths(const HeadsetPictures& given, const std::vector<VkImage>& images)
 {
     auto* const staging = reinterpret_cast<float*>(m_depth_staging.mapped);
@@ -117,7 +117,7 @@ void XrSwapchains::copyDepths(const HeadsetPictures& given, const std::vector<Vk
         std::transform(picture.depth, picture.depth + count, staging + at,
                        [metre](float z) { return layerDepth(z, metre); });
         const VkPipelineStageFlags stages = m_runtime.device->stages | VK_PIPELINE_STAGE_EARLY_FRAGMENT_TESTS_BIT |
-                                            // stage at which the runtime may use it
+                                            // pipeline stage from which on the runtime may use the image
                                             VK_PIPELINE_STAGE_LATE_FRAGMENT_TESTS_BIT;
         changeLayout(m_copy->commands, stages, images[view], VK_IMAGE_LAYOUT_UNDEFINED,
                      VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_ASPECT_DEPTH_BIT);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Outputs, scratch memory and counters of all ways to decode a frame on a CPU: plain, with reuse, with coarse copies.
+// Outputs, scratch memory and counters that all ways to decode a frame on a CPU use: plain, with reuse, with coarse
+// copies.
 #pragma once
 
 #include "kernels/simd/buffer.h"
@@ -10,12 +11,12 @@
 
 namespace gsc {
 
-// One eye's splats, block by block: block b owns slots [b * capacity, (b + 1) * capacity).
+// One eye's splats, by blocks of anchors: block b owns the slots b * capacity to (b + 1) * capacity - 1.
 struct SplatStore {
     Buffer<Splat> splats;
     Buffer<uint32_t> depth_bits;
     Buffer<uint16_t> origins;
-    Buffer<uint32_t> counts; // per block
+    Buffer<uint32_t> counts; // number of splats in each block
 
     void reserve(size_t blocks, size_t slots)
     {
@@ -34,7 +35,7 @@ struct SplatStore {
 // Scratch memory and counters of one worker while it decodes and projects.
 struct DecodeState {
     DecodeScratch scratch;
-    // for reuse: Gaussians that a block draws, and a strip without an entry
+    // With reuse: the Gaussians that a block draws, and those of a strip without an entry
     DecodeScratch gathered;
     Buffer<uint16_t> strip_keys;
     Buffer<float> strip_fixed;
@@ -55,8 +56,8 @@ struct DecodeState {
     }
 };
 
-// Projects a block's Gaussians for eye `e` into the block's slots, from `first` on, and counts them. Returns the number
-// of splats.
+// Projects a block's Gaussians for eye `e` into the slots of the block, from slot `first` on, and counts them. Returns
+// the number of splats.
 inline uint32_t projectInto(SplatStore& store, size_t block, size_t first, const ProjectArgs& args,
                             const GaussianBlock& gaussians, uint32_t e, DecodeState& state)
 {
@@ -70,7 +71,8 @@ inline uint32_t projectInto(SplatStore& store, size_t block, size_t first, const
     return counts.splats;
 }
 
-// Decode and project take turns in the workers: they share `ms` of wall clock as they share the workers' time.
+// Divides `ms` of wall clock time between decode and project, which alternate in each worker, in the ratio of the
+// workers' times.
 inline void addShares(const std::vector<DecodeState>& states, double ms, StageTimes& times)
 {
     double decode = 0, project = 0;

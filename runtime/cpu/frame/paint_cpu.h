@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// False colours of Gaussians on the CPU: splats are painted after projection, so kept Gaussians have their own colours
-// still.
+// False colours of Gaussians on the CPU. Splats are painted after projection, so that kept Gaussians keep their own
+// colours.
 #pragma once
 
 #include "kernels/present/false_colour.h"
@@ -8,13 +8,13 @@
 
 namespace gsc {
 
-// The level of a chunk's anchors.
+// Returns the false colour of the level of a chunk's anchors.
 inline FalseColour chunkColour(const ModelView& model, uint32_t chunk)
 {
     return levelColour(model.levels[model.chunks[chunk].level_index].level);
 }
 
-// colourOf(entry of the block) for each of a block's splats.
+// Sets the colour of each of a block's splats to colourOf(the anchor's place in the block).
 template <typename ColourOf>
 void paintSplats(Splat* splats, const uint16_t* origins, uint32_t count, uint32_t n_offsets, const ColourOf& colourOf)
 {
@@ -26,7 +26,7 @@ void paintSplats(Splat* splats, const uint16_t* origins, uint32_t count, uint32_
     }
 }
 
-// All of them in one colour.
+// Paints all splats in one colour.
 inline void paintSplats(Splat* splats, uint32_t count, const FalseColour& colour)
 {
     for (uint32_t i = 0; i < count; ++i) {

@@ -11,11 +11,12 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kPieceBytes = 2 << 20; // copied in 40 us: launches between copies are little of that
-constexpr int kMostThreads = 8;         // 41 GB/s from the page cache of an H200's host; more threads are no faster
+constexpr size_t kPieceBytes = 2 << 20; // a piece is copied in 40 us, much longer than the launches between copies take
+constexpr int kMostThreads = 8; // eight threads read 41 GB/s from the page cache of an H200's host; more are no faster
 constexpr size_t kSlotsPerThread = 2;
 
-// Layout of the arrays that a frame reads; arrays behind Rotation only tell what the checkpoint held.
+// Layout of the arrays that a frame reads. Arrays behind Rotation only record what the checkpoint held, and are left
+// out.
 ChunkArrayLayout layoutOf(ModelParams params, uint32_t anchors)
 {
     params.flags &= ~uint32_t(kModelHasOpacity | kModelHasNormal);
@@ -32,7 +33,7 @@ uint32_t pieceAnchors(const ModelParams& params)
 
 size_t ChunkReader::pieceBytes(const ModelView& model)
 {
-    uint32_t largest = 0; // chunk
+    uint32_t largest = 0; // largest source index in the chunk
     for (uint64_t c = 0; c < model.params->chunk_count; ++c)
         largest = std::max(largest, model.chunks[c].anchor_count);
     const uint32_t anchors = std::min(largest, pieceAnchors(*model.params));
@@ -66,7 +67,7 @@ ChunkReader::ChunkReader(const ModelView& model, const std::vector<uint32_t>& ch
         for (size_t t = 0; t < readers; ++t)
             m_threads.emplace_back([this] { read(); });
     } catch (const std::system_error&) {
-        if (m_threads.empty()) // fewer are only slower
+        if (m_threads.empty()) // with fewer threads reading is only slower
             throw tooFewThreads("cuda");
     }
 }
@@ -78,7 +79,7 @@ ChunkReader::~ChunkReader()
         m_stopped = true;
     }
     m_changed.notify_all();
-    for (const Slot& slot : m_slots) // slots may still be in use after a load that failed
+    for (const Slot& slot : m_slots) // after a failed load the device may still read from slots
         (void)cudaEventSynchronize(slot.passed->handle);
 }
 
@@ -97,7 +98,7 @@ bool ChunkReader::waitForNext(Clock::time_point end, Clock::duration patience)
 void ChunkReader::taken(const CudaStream& stream)
 {
     slotOf(m_taken).passed->record(stream);
-    // half of the slots are the device's to take, the others the threads' to fill
+    // the device may use half of the slots while the threads fill the others
     if (++m_taken < m_freed + (m_slots.size() + 1) / 2)
         return;
     GSC_CUDA_CHECK(cudaEventSynchronize(slotOf(m_freed).passed->handle));
@@ -130,7 +131,7 @@ void ChunkReader::fill(ChunkPiece& piece, unsigned char* to) const
     const void* position = arrays.grid_position;
     if (position == nullptr)
         position = arrays.float_position;
-    // in the order of ChunkArray
+    // in the order of enum ChunkArray
     const void* const from[] = {position,      arrays.source_index, arrays.extra_level, arrays.scale,
                                 arrays.offset, arrays.feature,      arrays.rotation};
     for (size_t a = 0; a < std::size(from); ++a)

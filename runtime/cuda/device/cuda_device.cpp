@@ -14,13 +14,13 @@ namespace gsc {
 
 namespace {
 
-// Facts that the process knows of a device.
+// Facts of a device that hold for the whole process.
 struct Known {
-    std::optional<uint64_t> used_before;   // bytes in use before this process had a context
-    std::optional<uint64_t> context_bytes; // CudaDevice::contextBytes()
+    std::optional<uint64_t> used_before;   // bytes in use on the device before this process had a context
+    std::optional<uint64_t> context_bytes; // result of CudaDevice::contextBytes()
     int holders = 0;
     bool lost = false;
-    std::mutex starts; // held while it starts or is reset, which may take its time
+    std::mutex starts; // locked while the device starts or is reset, which may take long
 };
 
 std::mutex s_mutex; // guards the variables below
@@ -31,18 +31,19 @@ std::string versionText(int version)
     return formatString("%d.%d", version / 1000, version % 1000 / 10);
 }
 
-// Memory in use on the device, by all processes; 0 = unknown.
+// Returns the memory in use on the device by all processes, in bytes; 0 = unknown.
 uint64_t usedBytes(int ordinal)
 {
     char bus[32] = {};
     return cudaDeviceGetPCIBusId(bus, sizeof(bus), ordinal) == cudaSuccess ? nvmlFacts(bus).used_bytes : 0;
 }
 
-// Notes the memory that the context which the process has just made took of the device.
+// Measures the memory that the context of this process took, right after it was made.
 void noteContext(int ordinal)
 {
-    constexpr uint64_t kMost = 2ull << 30; // more is another process's
-    // memory for the code of kernels, which are loaded when they are first launched
+    // most bytes that a context takes; if more were taken, another process took them
+    constexpr uint64_t kMost = 2ull << 30;
+    // memory for the code of kernels, which are loaded only at their first launch
     constexpr uint64_t kCode = 32ull << 20;
     const uint64_t now = usedBytes(ordinal);
     const std::lock_guard lock(s_mutex);
@@ -52,8 +53,8 @@ void noteContext(int ordinal)
         known.context_bytes = before == 0 || now < before || now - before > kMost ? 0 : now - before + kCode;
 }
 
-// Makes a device this thread's, with a context that runs this build's code. The first call for a device comes before its
-// context is made.
+// Makes a device this thread's, with a context that runs this build's code. The first call for a device measures the
+// memory in use before the context is made.
 cudaError_t start(int ordinal)
 {
     std::mutex* starts = nullptr;
@@ -95,7 +96,7 @@ DeviceInfo lookAtCudaDevice(int ordinal)
     };
     int runtime = 0, driver = 0, count = 0;
     (void)cudaRuntimeGetVersion(&runtime);
-    (void)cudaDriverGetVersion(&driver); // note: 0 and no error if there is no driver
+    (void)cudaDriverGetVersion(&driver); // note: gives 0 and no error if there is no driver
     if (driver == 0)
         return unusable(ErrorCode::Device, "no NVIDIA driver", "one for CUDA " + versionText(runtime), "install it");
     cudaError_t code = cudaGetDeviceCount(&count);
@@ -152,8 +153,8 @@ CudaDevice::~CudaDevice()
             return;
         starts = &known.starts;
     }
-    const std::lock_guard lock(*starts); // other devices go on meanwhile
-    // errors of a lost device stick to its context and go with it
+    const std::lock_guard lock(*starts); // the lock is of this device alone, so other devices can start meanwhile
+    // errors of a lost device stay with its context, and go when that is reset
     if (cudaSetDevice(m_ordinal) != cudaSuccess || cudaDeviceSynchronize() != cudaSuccess) {
         (void)cudaDeviceReset();
         (void)cudaGetLastError();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Owners of a device's resources, other than memory: context, streams, events.
+// Owns a device's resources other than memory: context, streams, events.
 #pragma once
 
 #include "kernels/cuda/cuda_check.h"
@@ -32,7 +32,7 @@ struct CudaEvent {
     CudaEvent& operator=(const CudaEvent&) = delete;
 
     void record(const CudaStream& stream) const { GSC_CUDA_CHECK(cudaEventRecord(handle, stream.handle)); }
-    // Milliseconds from `before` to this; both have passed.
+    // Returns the milliseconds from `before` to this event; both must have passed.
     [[nodiscard]] double since(const CudaEvent& before) const
     {
         float ms = 0;
@@ -41,7 +41,7 @@ struct CudaEvent {
     }
 };
 
-// Object in page-locked host memory, so that copying a frame's report to it is asynchronous.
+// An object in page-locked host memory, so that the copy of a frame's counters to it is asynchronous.
 template <typename T>
 struct Pinned {
     T* data = nullptr;
@@ -52,35 +52,36 @@ struct Pinned {
     Pinned& operator=(const Pinned&) = delete;
 };
 
-// Limits of a device that launches are sized by.
+// Limits of a device that determine the size of launches.
 struct CudaLimits {
     uint32_t processors = 0;
-    size_t shared_bytes = 0; // most shared memory of a block
+    size_t shared_bytes = 0; // most shared memory of a block, bytes
 };
 
-// A device that a renderer uses; it is made the thread's. A lost device (a kernel failed) is reset for the whole
-// process when its last user is destroyed, and can then be opened anew.
+// A device that a renderer uses. The constructor makes it the thread's current device. A lost device (after a failed
+// kernel) is reset for the whole process when its last user is destroyed, and can then be opened again.
 class CudaDevice {
 public:
-    explicit CudaDevice(int ordinal); // Throws Error as lookAtCudaDevice() says
+    // throws the Error that lookAtCudaDevice() reports for a device that cannot be used
+    explicit CudaDevice(int ordinal);
     ~CudaDevice();
     CudaDevice(const CudaDevice&) = delete;
     CudaDevice& operator=(const CudaDevice&) = delete;
 
-    // Marks the device as lost, after an error that only a broken context causes.
+    // Marks the device as lost. Call it after an error that only a broken context causes.
     void noteLost() const;
 
-    // The caller's thread may be a new one.
+    // Makes the device the calling thread's current one; that may be another thread than before.
     void use() const { GSC_CUDA_CHECK(cudaSetDevice(m_ordinal)); }
 
     [[nodiscard]] int ordinal() const { return m_ordinal; }
     [[nodiscard]] const CudaLimits& limits() const { return m_limits; }
     [[nodiscard]] DeviceFacts facts() const;
 
-    // Device memory that the driver took for this process before it asked for any: the context and the kernels' code. 0
-    // where the driver's management library does not tell. It is the memory in use that the first context added,
-    // measured once, so right if no other process takes or gives back memory at that moment, and 32 MiB for code that
-    // is loaded later.
+    // Device memory that the driver took for this process before the process asked for any: the context and the
+    // kernels' code. 0 if the driver's management library does not tell. It is the increase of the memory in use when
+    // the first context was made, plus 32 MiB for code that is loaded later. It is wrong if another process takes or
+    // frees memory at that moment.
     [[nodiscard]] uint64_t contextBytes() const;
 
 private:

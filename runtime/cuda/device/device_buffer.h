@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device memory in one piece that grows and keeps no content when it grows, and how it is dealt out.
+// Device memory in one piece, and its division into arrays. It can grow, but loses its content then.
 #pragma once
 
 #include <gsc/error.h>
@@ -12,7 +12,7 @@
 
 namespace gsc {
 
-// Bytes that a backend may hold of its device (`limit`, 0 = all there is) and holds (`used`).
+// Bytes of device memory that a backend may hold (`limit`, 0 = all there is) and holds now (`used`).
 struct MemoryBudget {
     uint64_t limit = 0, used = 0;
 };
@@ -24,8 +24,8 @@ public:
     DeviceArena& operator=(const DeviceArena&) = delete;
     ~DeviceArena() { release(); }
 
-    // Makes room for `bytes`; contents are undefined if it grew. Waits for the device if it grows, and then returns
-    // true. `what`: its name in messages. Throws Error (OutOfMemory, Device).
+    // Makes room for `bytes`. If it has to grow, it waits for the device, its content becomes undefined, and it
+    // returns true. `what` names it in messages. Throws Error (OutOfMemory, Device).
     bool reserve(size_t bytes, const char* what)
     {
         if (bytes <= m_bytes)
@@ -65,7 +65,7 @@ public:
         m_bytes = 0;
     }
 
-    // Bytes that may be reserved of `left`, those that the device has left.
+    // Bytes that may still be reserved, if the device has `left` bytes free.
     [[nodiscard]] uint64_t free(uint64_t left) const
     {
         const uint64_t allowed = m_budget.limit - std::min(m_budget.used, m_budget.limit);
@@ -81,12 +81,13 @@ private:
     size_t m_bytes = 0;
 };
 
-// Deals out a block of memory from its start. Without memory it only counts: lay out twice, first to know the size.
+// Divides a block of memory into arrays, one behind the other. Without memory it only counts bytes: lay out twice,
+// first to know the size.
 class ArenaLayout {
 public:
     explicit ArenaLayout(unsigned char* base) : m_base(base) {}
 
-    // Room for `count` values, null while counting. Aligned for any load.
+    // Returns memory for `count` values, aligned for any load; null while bytes are counted.
     template <typename T>
     T* take(size_t count)
     {
@@ -102,8 +103,8 @@ private:
     size_t m_bytes = 0;
 };
 
-// Makes room in `arena` for the arrays that layOut(ArenaLayout&) lays out, and lays them out there; returns its result.
-// Throws as reserve().
+// Makes room in `arena` for the arrays that layOut(ArenaLayout&) takes, lets it take them there, and returns its
+// result. Throws as reserve() does.
 template <typename LayOut>
 auto layOutIn(DeviceArena& arena, const char* what, const LayOut& layOut)
 {

@@ -17,7 +17,7 @@ namespace gsc {
 
 namespace {
 
-// Bytes of MLPW from its start to the end of the last array.
+// Bytes of the section MLPW from the start to the end of its last array.
 uint64_t weightBytes(const ModelView& model)
 {
     const auto* records = reinterpret_cast<const MlpRecord*>(model.weights);
@@ -42,7 +42,7 @@ uint32_t runsOf(const ChunkRecord& chunk)
     return (chunk.group_count + kRunGroups - 1) / kRunGroups;
 }
 
-// The groups of chunks, a warp's worth at a time.
+// Returns the group runs of the chunks: up to 32 groups, one for each lane of a warp.
 std::vector<GroupRun> groupRuns(const ModelView& model, const std::vector<uint32_t>& chunks)
 {
     std::vector<GroupRun> runs;
@@ -74,7 +74,7 @@ std::vector<uint32_t> inFileOrder(const ModelView& model)
     return chunks;
 }
 
-// In the order in which an eye wants them.
+// Returns the numbers of the chunks in the order in which an eye needs them.
 std::vector<uint32_t> inViewOrder(const ModelView& model, const EyeParams& eye)
 {
     struct Rank {
@@ -86,8 +86,8 @@ std::vector<uint32_t> inViewOrder(const ModelView& model, const EyeParams& eye)
     std::vector<Rank> ranks;
     for (uint32_t c = 0; c < model.params->chunk_count; ++c) {
         const ChunkRecord& chunk = model.chunks[c];
-        float depth = eye.world_to_view[11]; // view z of the box's farthest point
-        float distance = 0;                  // squared distance to its nearest point
+        float depth = eye.world_to_view[11]; // view z of the farthest point of the chunk's box
+        float distance = 0;                  // squared distance to the nearest point of the chunk's box
         for (int i = 0; i < 3; ++i) {
             const float z = eye.world_to_view[8 + i], centre = eye.center[i];
             depth += std::max(z * chunk.gaussian_min[i], z * chunk.gaussian_max[i]);
@@ -166,11 +166,11 @@ void DeviceScene::load(const ModelView& model, const CudaStream& stream)
 
 void DeviceScene::loadFrame(const ModelView& model, const CudaStream& stream)
 {
-    m_reader.reset(); // the reader reads the model before
+    m_reader.reset(); // stops reading the model that was loaded before
     m_anchors_there = 0;
     m_runs_there = 0;
     m_host = model;
-    m_model = {}; // no pointer into freed memory stays if the code below throws
+    m_model = {}; // if the code below throws, no pointer into freed memory is left
     const ModelParams& params = *model.params;
     m_anchors = 0;
     std::vector<uint32_t> level_first(params.level_count, UINT32_MAX);
@@ -226,7 +226,7 @@ void DeviceScene::loadFrame(const ModelView& model, const CudaStream& stream)
     m_weights = arrays.weights;
     m_to = of_anchors;
     m_runs = arrays.runs;
-    GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle)); // the copies' sources go out of scope
+    GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle)); // waits for the copies, whose sources go out of scope
 }
 
 void DeviceScene::bring(const EyeParams& eye, ChunkReader::Clock::time_point end, ChunkReader::Clock::duration patience)
@@ -235,7 +235,7 @@ void DeviceScene::bring(const EyeParams& eye, ChunkReader::Clock::time_point end
         beginReading(inViewOrder(m_host, eye));
     const bool whole =
         m_reader->some(end, patience, [&](const ChunkPiece& piece) -> const CudaStream& { return upload(piece); });
-    waitForUploads(); // before a frame reads the arrays that they write
+    waitForUploads(); // waits, because a frame will read the arrays that the uploads write
     if (whole)
         endReading();
 }
@@ -250,7 +250,7 @@ void DeviceScene::beginReading(const std::vector<uint32_t>& chunks)
         return 0;
     });
     m_reader = std::make_unique<ChunkReader>(m_host, chunks, m_threads);
-    waitForUploads(); // the copy's source goes out of scope
+    waitForUploads(); // waits for the copy, whose source goes out of scope
 }
 
 void DeviceScene::waitForUploads() const
@@ -261,7 +261,7 @@ void DeviceScene::waitForUploads() const
 
 const CudaStream& DeviceScene::upload(const ChunkPiece& piece)
 {
-    checkNumbers(piece.last_source); // a model cut down keeps the numbers its anchors had
+    checkNumbers(piece.last_source); // a model that was cut down has numbers larger than its count of anchors
     const ModelParams& params = m_model.params;
     const ChunkRecord& whole = m_host.chunks[piece.chunk];
     ChunkRecord chunk = whole;
@@ -314,7 +314,7 @@ void DeviceScene::loadOrigins(const CudaStream& stream)
     }
     m_origins.reserve(origins.size() * sizeof(uint32_t), "where the anchors of false colours lie");
     copyIn(reinterpret_cast<uint32_t*>(m_origins.get()), origins.data(), origins.size(), stream);
-    GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle)); // the copy's source goes out of scope
+    GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle)); // waits for the copy, whose source goes out of scope
 }
 
 void DeviceScene::loadExact(const CudaStream& stream)
@@ -358,7 +358,8 @@ void DeviceScene::loadExact(const CudaStream& stream)
     ChunkReader reader(m_host, inFileOrder(m_host), m_threads);
     reader.all([&](const ChunkPiece& piece) -> const CudaStream& {
         const ChunkArrayLayout whole = chunkArrayLayout(params, m_host.chunks[piece.chunk].anchor_count);
-        for (size_t a = 0; a < std::size(whole.stride); ++a) // 0 = absent, or of no use to a frame
+        // a stride of 0: the array is absent, or frames do not need it
+        for (size_t a = 0; a < std::size(whole.stride); ++a)
             copyIn(payloads[piece.chunk] + whole.offset[a] + whole.stride[a] * piece.first,
                    piece.bytes + piece.layout.offset[a], piece.layout.stride[a] * piece.count, stream);
         return stream;
@@ -373,7 +374,7 @@ void DeviceScene::loadExact(const CudaStream& stream)
                     device.arrays, reinterpret_cast<const std::byte*>(device.mlps),
                     nullptr,       m_host.embedding != nullptr ? device.embedding : nullptr,
                     nullptr};
-    GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle)); // the copies' sources go out of scope
+    GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle)); // waits for the copies, whose sources go out of scope
     m_exact_loaded = true;
 }
 
@@ -381,7 +382,7 @@ void DeviceScene::useAppearance(int32_t appearance, const CudaStream& stream)
 {
     if (m_weights_ready && m_appearance == appearance)
         return;
-    m_weights_ready = false; // set again when all weights are copied
+    m_weights_ready = false; // false until all weights are copied
     const DecodeWeights weights = packFragments(m_host, appearance);
     copyIn(m_fragments, weights.fragments.data(), weights.fragments.size(), stream);
     copyIn(m_biases, weights.biases.data(), weights.biases.size(), stream);
@@ -390,7 +391,7 @@ void DeviceScene::useAppearance(int32_t appearance, const CudaStream& stream)
     if (m_weights != nullptr)
         exact = packExact(m_host, appearance);
     copyIn(m_weights, &exact, m_weights != nullptr ? 1 : 0, stream);
-    GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle)); // the copies' sources go out of scope
+    GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle)); // waits for the copies, whose sources go out of scope
     m_appearance = appearance;
     m_weights_ready = true;
 }

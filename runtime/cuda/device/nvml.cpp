@@ -9,9 +9,9 @@ namespace gsc {
 
 namespace {
 
-// Declared here, because the toolkit does not always bring nvml.h; the driver always brings the library.
+// Declared here, because the toolkit does not always come with nvml.h; the driver always comes with the library.
 struct Memory {
-    unsigned long long total, free, used; // bytes
+    unsigned long long total, free, used; // memory of the device in bytes
 };
 constexpr int kClockSm = 1, kClockMemory = 2;
 constexpr unsigned kVersionLength = 96;

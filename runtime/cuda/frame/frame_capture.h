@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of a frame, captured into a graph, and the update of their arguments for the next frame.
+// Captures the kernels of a frame into a CUDA graph, and updates their arguments for the next frame.
 #pragma once
 
 #include "kernels/frame/frame_now.h"
@@ -14,7 +14,8 @@ namespace gsc {
 class FrameNode {
 public:
     virtual ~FrameNode() = default;
-    // `now`: a value of type Args::Now, the changing part of the arguments.
+    // Sets the arguments in `exec` for the next frame. `now` has the type Args::Now, the part of the arguments that
+    // changes.
     virtual void refresh(cudaGraphExec_t exec, const FrameNow& now) = 0;
 };
 
@@ -50,7 +51,7 @@ public:
     [[nodiscard]] const CudaStream& stream() const { return m_stream; }
     [[nodiscard]] uint32_t processors() const { return m_processors; }
 
-    // Launches a stage of one kernel, which takes `args` alone; launch(args, stream).
+    // Adds a stage of one kernel, which takes `args` alone, by calling launch(args, stream).
     template <typename Args, typename Launch>
     void add(const Args& args, const Launch& launch)
     {
@@ -72,7 +73,7 @@ public:
     [[nodiscard]] std::vector<std::unique_ptr<FrameNode>> takeNodes() { return std::move(m_nodes); }
 
 private:
-    [[nodiscard]] cudaGraphNode_t last() const; // node captured last
+    [[nodiscard]] cudaGraphNode_t last() const; // returns the node that was captured last
 
     const CudaStream& m_stream;
     uint32_t m_processors;

@@ -27,7 +27,7 @@ FrameGraph::FrameGraph(const FrameJob& job, const FrameReuse* reuse, FrameCounte
         capture(recorded, job, reuse, counters);
     } catch (...) {
         (void)cudaStreamEndCapture(stream.handle, &m_graph);
-        (void)cudaGetLastError(); // clears the error of the broken capture, or the next launch would report it
+        (void)cudaGetLastError(); // clears the error of the broken capture, which the next launch would report
         if (m_graph != nullptr)
             cudaGraphDestroy(m_graph);
         throw;

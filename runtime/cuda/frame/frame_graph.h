@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A frame as a CUDA graph: captured once, then launched for every frame of the same shape.
+// A frame as a CUDA graph, which is captured once and then launched for every frame of the same shape.
 #pragma once
 
 #include "runtime/cuda/frame/frame_stages.h"
@@ -11,17 +11,18 @@ namespace gsc {
 
 class FrameGraph {
 public:
-    // Captures the stages of `job` and the copy of the counters to `counters`. reuse: replaces stages, or null. Throws
-    // Error (Device, OutOfMemory).
+    // Captures the stages of `job` and the copy of the frame's counters to `counters`. `reuse` replaces some stages;
+    // null = none. Throws Error (Device, OutOfMemory).
     FrameGraph(const FrameJob& job, const FrameReuse* reuse, FrameCounters* counters, const CudaStream& stream);
     ~FrameGraph();
     FrameGraph(const FrameGraph&) = delete;
     FrameGraph& operator=(const FrameGraph&) = delete;
 
-    // True if the graph can draw this job. Buffers are not compared: whoever moves them drops the graph.
+    // Returns true if the graph can draw this job. Addresses of buffers are not compared: code that moves buffers
+    // drops the graphs.
     [[nodiscard]] bool fits(const FrameJob& job) const { return m_shape == job.shape && m_capacity == job.capacity; }
 
-    // Asynchronous, behind `start`. now: argument of FrameReuse, if the graph has one.
+    // Enqueues the frame behind `start`. `now` is the argument of FrameReuse, if the graph has one.
     void launch(const FrameNow& now, const CudaEvent& start, const CudaStream& stream);
 
 private:

@@ -12,22 +12,25 @@ namespace gsc {
 
 namespace {
 
-// Shares of a model's Gaussians that a frame may show. Trained models have 0.7 alive, seen from anywhere; a city with
-// levels shows an eighth.
+// Shares of a model's Gaussians that a frame may draw. In trained models up to 0.7 of them are kept by their opacity,
+// seen from anywhere; of a city with levels a frame draws an eighth.
 constexpr double kAliveShare = 0.8, kLevelShare = 0.25;
-constexpr uint64_t kFewSlots = 4u << 20;   // so few slots are always granted
-constexpr uint64_t kMostSlots = 1u << 30;  // most slots of all lists
-constexpr uint64_t kExpectedPairs = 2;     // per slot
-constexpr uint64_t kExpectedLength = 512;  // pairs of a bin, where few splats are large
-constexpr uint32_t kSeveral = 2;           // passes, which need memory between them
-constexpr uint32_t kLeastSlots = 1u << 12; // beside twice the gaps: with fewer there would be too many passes
+// memory for this many slots is always planned, if the model has as many Gaussians
+constexpr uint64_t kFewSlots = 4u << 20;
+constexpr uint64_t kMostSlots = 1u << 30; // limit for the sum of the slots of all lists
+constexpr uint64_t kExpectedPairs = 2;    // pairs of splat and bin for which memory is planned, for each slot
+// pairs for which memory is planned at least, for each bin: few splats are large
+constexpr uint64_t kExpectedLength = 512;
+constexpr uint32_t kSeveral = 2; // number of passes for which memory is counted; several need more than one
+// least slots of a pass, beside twice the gaps; with fewer there would be too many passes
+constexpr uint32_t kLeastSlots = 1u << 12;
 
 uint32_t clamped(uint64_t pairs)
 {
     return uint32_t(std::min<uint64_t>(pairs, UINT32_MAX));
 }
 
-// Slots of one list that a frame of the model hardly exceeds.
+// Number of slots of one list that hardly any frame of the model exceeds.
 uint32_t mostSlots(const FrameRoom& room)
 {
     const double share = room.levels ? kLevelShare : kAliveShare;
@@ -36,7 +39,8 @@ uint32_t mostSlots(const FrameRoom& room)
     return slots + room.gaps(slots, 1);
 }
 
-// Pairs of all lists to leave room for beside each slot if memory is short, after a frame of `splats` and `pairs`.
+// Pairs of all lists for each slot that memory is planned for if it is short, after a frame of `splats` splats and
+// `pairs` pairs.
 double pairsPerSlot(const FrameRoom& room, uint64_t splats, uint64_t pairs)
 {
     return splats == 0 ? double(kExpectedPairs * room.lists) : std::max(1.25 * double(pairs) / double(splats), 1.0);
@@ -47,7 +51,7 @@ uint64_t pairsOf(uint32_t slots, double per_slot)
     return uint64_t(std::min(double(slots) * per_slot, double(UINT32_MAX)));
 }
 
-// Slots of one list that no frame of the model exceeds.
+// Largest number of slots of one list that a frame of the model can need.
 uint32_t allSlots(const FrameRoom& room)
 {
     const auto slots = uint32_t(std::min<uint64_t>(room.gaussians, kMostSlots / room.lists));
@@ -59,7 +63,7 @@ bool fits(const FrameRoom& room, const FrameCapacity& capacity, uint32_t passes 
     return room.bytes_of(capacity, passes) <= room.bytes;
 }
 
-// Capacity that serves several passes best: the most slots that memory allows, with their pairs.
+// Returns the best capacity for several passes: the most slots for which there is memory, with their pairs.
 FrameCapacity mostOf(const FrameRoom& room, uint32_t visible, double per_slot)
 {
     const auto holding = [&](uint32_t slots) {
@@ -104,7 +108,7 @@ FrameCapacity plannedCapacity(const FrameRoom& room, const FrameCapacity& now)
     }
     const FrameCapacity planned = holding(slots);
     if (room.bytes_of(planned, kSeveral) > share)
-        return now; // too little memory to plan ahead: frames show what they need
+        return now; // too little memory to plan ahead: frames will grow the buffers to what they need
     const FrameCapacity both{std::max(now.visible, planned.visible), std::max(now.slots, planned.slots),
                              std::max(now.pairs, planned.pairs)};
     return fits(room, both) ? both : planned;
@@ -118,7 +122,7 @@ uint32_t passesFor(const FrameRoom& room, uint64_t splats, uint64_t pairs, Frame
         const FrameCapacity both{capacity.visible, std::max(capacity.slots, uint32_t(wanted)),
                                  std::max(capacity.pairs, uint32_t(more_pairs))};
         if (fits(room, both, 1))
-            return 1; // buffers that are too small grow where they are needed
+            return 1; // buffers that are too small grow when a frame overflows
         const FrameCapacity load{capacity.visible, uint32_t(wanted), uint32_t(more_pairs)};
         if (splats != 0 && fits(room, load, 1)) {
             capacity = load;
@@ -126,10 +130,10 @@ uint32_t passesFor(const FrameRoom& room, uint64_t splats, uint64_t pairs, Frame
         }
     }
     const FrameCapacity most = mostOf(room, capacity.visible, pairsPerSlot(room, splats, pairs));
-    // no room for a known load in one pass: with fewer gaps in each of several passes it might seem to fit
+    // in one pass a known load does not fit; the smaller gaps of several passes might make it seem to
     const uint32_t least = splats != 0 ? kSeveral : 1,
                    passes = std::max(passesOver(room, slots, more_pairs, most), least);
-    // a capacity that is good enough is kept: another needs another graph, which takes the host a millisecond to make
+    // keep a capacity that is good enough: another one needs another graph, which takes the host a millisecond to make
     if (!fits(room, capacity) || (splats != 0 && passesOver(room, slots, more_pairs, capacity) > passes))
         capacity = most;
     return passes;
@@ -137,10 +141,10 @@ uint32_t passesFor(const FrameRoom& room, uint64_t splats, uint64_t pairs, Frame
 
 uint32_t grownPasses(const FrameRoom& room, const FrameNeeds& needs, uint32_t passes, FrameCapacity& capacity)
 {
-    const auto withSlack = [](uint64_t needed) { // the next frame, and the next try, may need some more
+    const auto withSlack = [](uint64_t needed) { // the next frame, and the next try of this one, may need a little more
         return needed + needed / 8 + 1024;
     };
-    // half more, so that a walk grows it few times
+    // half more, so that a camera on the move makes it grow only a few times
     const auto half = [](uint64_t needed) { return needed + needed / 2 + 1024; };
     const double per_slot = pairsPerSlot(room, std::min(needs.slots, capacity.slots), needs.pairs);
     if (needs.visible > capacity.visible)
@@ -159,7 +163,7 @@ uint32_t grownPasses(const FrameRoom& room, const FrameNeeds& needs, uint32_t pa
         }
     }
     const FrameCapacity most = mostOf(room, capacity.visible, per_slot);
-    if (passes == kMaxPasses) { // all Gaussians at one depth, or a budget far too small
+    if (passes == kMaxPasses) { // all Gaussians lie at one depth, or the budget is far too small
         if (withSlack(needs.pairs) > UINT32_MAX)
             throw Error(
                 ErrorCode::OutOfMemory, "cuda",
@@ -200,7 +204,7 @@ void FrameHistory::begin(uint64_t ticket, uint64_t repeats, const FrameRoom& roo
         try {
             learn(last_but_one, room, capacity);
         } catch (const Error&) {
-            // a frame that was dropped had no room; this one may have
+            // the earlier frame had too little memory and was dropped; this one may need less
         }
     }
     Outcome& repeated = m_outcomes[repeats % 2];

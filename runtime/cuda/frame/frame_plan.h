@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// How large the buffers of a frame are made, and into how many passes it is cut. Pure: knows no device.
+// Plans the sizes of a frame's buffers and the number of passes that a frame is drawn in. Needs no device.
 //
-// A frame that finds a buffer too small is drawn again. So the buffers are made for what the model can show before the
-// first frame is drawn, where memory allows it. Where it is short they are made for as many Gaussians as half of what is
-// free holds, or all that a budget leaves; a frame that needs more takes the rest, and then several passes.
+// A frame that finds a buffer too small is drawn again. So before the first frame the buffers are made large enough
+// for what the model can show, if memory allows. If memory is short, they are made for as many Gaussians as fit into
+// half of the free memory, or into all of a budget. A frame that needs more takes the rest of the memory, and then
+// several passes.
 #pragma once
 
 #include <cstdint>
@@ -11,82 +12,84 @@
 
 namespace gsc {
 
-// Entries of the visible list; of a pass: splats of one list, (bin, splat) pairs of all lists.
+// Capacity of buffers: entries of the visible list; splats of one list in a pass; pairs of all lists in a pass.
 struct FrameCapacity {
     uint32_t visible = 1u << 13, slots = 1u << 15, pairs = 1u << 16;
 
     bool operator==(const FrameCapacity&) const = default;
 };
 
-// Sizes of a model and a frame, and memory for it, from which a plan is made.
+// Sizes of a model and a frame, and the memory for the frame's buffers; a plan is made from them.
 struct FrameRoom {
-    uint32_t anchors;     // anchors of the model
-    uint64_t gaussians;   // most Gaussians of the model
-    uint32_t lists, bins; // lists of splats per bin; bins of the image, of all lists
-    uint64_t bytes;       // bytes that frames may take
-    bool budgeted;        // `bytes` is a budget, all of it for frames
-    bool levels = false;  // the model has levels of detail: a frame shows few of the anchors
-    std::function<uint32_t(uint32_t slots, uint32_t passes)> gaps; // slots of a pass that may stay unused among them
-    // bytes of the buffers; grows with the capacity, never falls
+    uint32_t anchors;     // number of anchors of the model
+    uint64_t gaussians;   // largest number of Gaussians of the model
+    uint32_t lists, bins; // lists of splats for each bin (1 or one for each eye); number of bins in all lists
+    uint64_t bytes;       // bytes of memory that the buffers of frames may take
+    bool budgeted;        // `bytes` is a budget set by the user, and frames may take all of it
+    bool levels = false;  // the model has levels of detail, so a frame shows only some of the anchors
+    // number of slots of a pass that may stay unused, between slots in use
+    std::function<uint32_t(uint32_t slots, uint32_t passes)> gaps;
+    // bytes of the buffers for a capacity; a larger capacity never gives fewer
     std::function<uint64_t(const FrameCapacity&, uint32_t passes)> bytes_of;
 };
 
-// Capacity that a frame would have needed, as FrameCapacity counts it.
+// Capacity that a frame would have needed, counted as in FrameCapacity.
 struct FrameNeeds {
     uint32_t visible, slots;
     uint64_t pairs;
 };
 
-// Bits of the number of slabs that bins are cut into: cells of some hundred splats. The order of a bin's list does not
-// depend on how it was cut.
+// Logarithm to base 2 of the number of slabs, chosen so that a depth cell holds some hundred splats. The order of a
+// bin's splats does not depend on it.
 uint32_t slabBits(uint64_t slots);
 
-// Capacity to begin with; not less than that of `now`.
+// Returns the capacity for the first frames; not less than `now` if that fits.
 FrameCapacity plannedCapacity(const FrameRoom& room, const FrameCapacity& now);
 
-// Passes for a frame with as many splats and pairs as the last, in all passes together. Makes `capacity` smaller if
-// there is no memory for it.
+// Returns the number of passes for a frame that has `splats` splats and `pairs` pairs in all passes together. Makes
+// `capacity` smaller if there is not enough memory for it.
 uint32_t passesFor(const FrameRoom& room, uint64_t splats, uint64_t pairs, FrameCapacity& capacity);
 
-// After an overflow: raises `capacity`, or the number of passes, to the counted needs; returns the passes. A stage
-// after the one that overflowed has seen part of its input only, so this may take several rounds. Throws
-// Error(OutOfMemory) where more passes would not help.
+// After an overflow: raises `capacity` to the counted needs, or the number of passes, which it returns. The stages
+// behind the one that overflowed saw only a part of their input, so this may take several tries. Throws
+// Error(OutOfMemory) if more passes would not help.
 uint32_t grownPasses(const FrameRoom& room, const FrameNeeds& needs, uint32_t passes, FrameCapacity& capacity);
 
-// Outcomes of earlier frames that the plan of a frame learns from. With two frames in flight it is never known which of
-// them has ended; so that the same frames are cut alike whenever they end, a frame learns from the last but one and
-// earlier, and from a frame that it repeats.
+// Outcomes of earlier frames, from which the next frame is planned. With two frames in flight it is not known which of
+// them has ended. A plan therefore uses only the last frame but one, those before it, and a frame that is repeated: so
+// the same sequence of frames always gets the same plans.
 class FrameHistory {
 public:
     struct Outcome {
-        uint64_t ticket = 0; // 0 = none
-        FrameNeeds needs{};  // needs of the pass that needed most
+        uint64_t ticket = 0; // ticket of the frame, 0 = none
+        FrameNeeds needs{};  // buffer sizes that the pass with the largest needs would have needed
         bool overflowed = false;
-        uint64_t splats = 0, pairs = 0; // all passes: of the longer list, of all
+        uint64_t splats = 0, pairs = 0; // sums over all passes: splats of the longer list; pairs of all lists
         uint32_t passes = 1;
     };
 
-    void forget() { *this = {}; } // before the first frame; `capacity` stays
+    void forget() { *this = {}; } // call before the first frame of a model; keeps `capacity`
 
-    // A frame ended; before the second one after it begins.
+    // Adds the outcome of a frame that has ended. Call it before the second frame after that one begins.
     void add(const Outcome& outcome) { m_outcomes[outcome.ticket % 2] = outcome; }
 
-    // Begins frame `ticket`, which repeats `repeats` if that is not 0; then throws as grownPasses().
+    // Begins frame `ticket`, which repeats frame `repeats` if that is not 0. Throws as grownPasses() does in that
+    // case.
     void begin(uint64_t ticket, uint64_t repeats, const FrameRoom& room, FrameCapacity& capacity);
-    // Passes of the frame; call after begin() and, if it is due, plannedCapacity(). May make `capacity` smaller
-    // (passesFor()).
+    // Returns the number of passes of the frame. Call it after begin() and, if it is due, plannedCapacity(). May make
+    // `capacity` smaller, as passesFor() does.
     [[nodiscard]] uint32_t passes(const FrameRoom& room, FrameCapacity& capacity) const;
-    // slabBits() for the load of earlier frames; before the first for a quarter of the capacity.
+    // Returns slabBits() for the splats of earlier frames; before the first frame, for a quarter of the capacity.
     [[nodiscard]] uint32_t slabBitsFor(const FrameCapacity& capacity) const;
 
 private:
     void learn(Outcome& outcome, const FrameRoom& room, FrameCapacity& capacity);
 
-    Outcome m_outcomes[2];              // key: ticket
-    uint64_t m_splats = 0, m_pairs = 0; // counts of the last frame that did not overflow
-    uint64_t m_peak = 0;                // most splats of a pass and a list so far
-    uint32_t m_grown = 1;               // passes after the overflow learned from since
-    bool m_repeats = false;             // the frame begun repeats the frame it has just learned from
+    Outcome m_outcomes[2];              // outcomes of the last two frames; index: ticket % 2
+    uint64_t m_splats = 0, m_pairs = 0; // splats and pairs of the last frame that did not overflow
+    uint64_t m_peak = 0;                // most splats of one list in one pass so far
+    uint32_t m_grown = 1;               // number of passes after the last overflow; 1 after a frame without one
+    bool m_repeats = false;             // the current frame repeats the frame whose outcome was learned last
 };
 
 } // namespace gsc

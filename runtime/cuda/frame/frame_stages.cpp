@@ -23,7 +23,7 @@ DepthPass passOf(const FrameJob& job, uint32_t index)
     return {job.buffers.slab_of, index, job.shape.passes};
 }
 
-// Sets the arguments that the decoders of both tiers take.
+// Sets the arguments that the decode kernels of both tiers take.
 void setDecodeFrame(DecodeFrame& frame, const FrameJob& job, uint32_t pass)
 {
     setNow(frame, job.now);
@@ -71,16 +71,17 @@ void FrameShape::shareBins(EyeParams* eyes)
     if (!shared_bins)
         return;
     const auto axis = [&](uint32_t e) { return axisPixel(eyes[e].width, eyes[e].focal_x, eyes[e].tan_mid_x); };
-    // columns by which the second eye's bins lie further right
+    // number of columns by which the same point's bins lie further right in the second eye
     const float columns = std::round((axis(0) - axis(1)) / float(kBinWidth));
-    const auto most = float(std::min(kMaxBins - grid.columns, grid.columns)); // with more, two lists have fewer cells
+    // with a larger shift, two separate lists need fewer bins
+    const auto most = float(std::min(kMaxBins - grid.columns, grid.columns));
     if (!(std::abs(columns) <= most)) {
         shared_bins = false;
         return;
     }
     grid.shift[columns < 0 ? 0 : 1] = uint32_t(std::abs(columns));
     grid.columns += uint32_t(std::abs(columns));
-    // a Gaussian is in the same cell and pass for both
+    // both eyes get the same depths, so that a Gaussian is in the same depth cell and pass for both
     std::copy_n(eyes[0].world_to_view + 8, 4, eyes[1].world_to_view + 8);
 }
 
@@ -104,7 +105,7 @@ FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, 
         shape.width[e] = eye.width;
         shape.height[e] = eye.height;
     }
-    // low bins cut long lists shorter; an image too high for them takes bins of twice the height
+    // bins 16 pixels high have shorter lists; an image too high for them gets bins of 32
     shape.grid.height = height <= kMaxBins * 16 ? 16 : 32;
     if (width > kMaxBins * kBinWidth || height > kMaxBins * shape.grid.height)
         throw Error(ErrorCode::Unsupported, "cuda", formatString("image of %u x %u pixels", width, height),
@@ -121,7 +122,7 @@ FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, 
     shape.merged = decodesMerged(options, eye_count);
     shape.thins = !shape.exact && options.foveation.smallest > 0;
     shape.uses_reuse = options.reuse.policy != ReusePolicy::None;
-    // in `exact` every Gaussian is drawn, also when the model cannot be drawn in `fast`
+    // tier exact draws every Gaussian itself, also if it stands in for tier fast
     shape.coarse = options.detail > 0 && tier != Tier::Exact;
     std::copy_n(options.background, 3, shape.background);
     shape.appearance = options.appearance;
@@ -148,7 +149,7 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
 {
     const ModelParams& params = scene.model().params;
     FrameBuffers b{};
-    // in one piece, which one memset clears
+    // one array, so that one memset clears it
     auto* cleared = layout.take<unsigned char>(kDepthBuckets * sizeof(uint32_t) + sizeof(FrameCounters));
     if (cleared != nullptr) {
         b.histogram = reinterpret_cast<uint32_t*>(cleared);
@@ -156,7 +157,7 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
     }
     b.visible_groups = layout.take<uint32_t>(params.group_count);
     b.visible = layout.take<uint32_t>(capacity.visible);
-    if (shape.fades && shape.uses_reuse) // per strip; there are no more than all
+    if (shape.fades && shape.uses_reuse) // strips are padded, so one value for each anchor of every group
         b.fraction = layout.take<float>(size_t(kMaxEyes) * params.group_count * kGroupSize);
     else if (shape.fades)
         b.fraction = layout.take<float>(size_t(kMaxEyes) * capacity.visible);
@@ -293,7 +294,7 @@ void paintFrame(FrameCapture& capture, const FrameJob& job)
     if (!paintsGaussians(job.shape.view) || (ages && job.shape.uses_reuse) || ((ages || groups) && job.shape.coarse))
         return;
     PaintCudaArgs args = paintArgs(job);
-    if (ages || groups) { // no Gaussian is kept from frame to frame: all get one colour
+    if (ages || groups) { // no Gaussian is kept from frame to frame, so all get one colour
         args.origins = nullptr;
         args.colour = ages ? ageColour(0) : detailColour(GroupSource::Near);
     }

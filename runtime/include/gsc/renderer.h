@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plays a model on one device. Any number of renderers share a Scene; each is used from one thread at a time.
+// Draws a model on one device. Any number of renderers can share a Scene; each is used from one thread at a time.
 #pragma once
 
 #include <gsc/frame_target.h>
@@ -16,33 +16,35 @@
 namespace gsc {
 
 struct RendererOptions {
-    int threads = 0; // threads of a renderer on the host; for a GPU, most that read the model. 0 = all cores
-    uint64_t memory_bytes =
-        0; // most of the device that this renderer may take, DeviceFacts::context_bytes included; 0 = all.
-           // Too few for the model: load() throws OutOfMemory; for a frame: submit(). Not on the host
-    // load() does not wait for the anchors: frames show those that have come by then, coarse levels and near chunks first
-    // (FrameResult::anchors_absent). Tier exact waits for all.
+    int threads = 0; // on the host: threads that draw; on a GPU: most threads that read the model; 0 = all cores
+    // most device memory for this renderer in bytes, DeviceFacts::context_bytes included; 0 = no limit. Has no
+    // effect on the host. If it is too low for the model, load() throws OutOfMemory; for a frame, submit() does.
+    uint64_t memory_bytes = 0;
+    // True: load() does not wait for the anchors: frames show those that have been loaded so far, coarse levels
+    // and near chunks first (FrameResult::anchors_absent). Tier exact waits for all.
     bool first_picture = false;
-    // With FrameOptions::detail, make every due coarse copy, however long a frame takes: for workers that share poses,
-    // so that the due copies follow from poses and group alone.
+    // With FrameOptions::detail, make every due coarse copy, however long a frame takes. For workers that share poses:
+    // the copies then depend only on the poses and the groups.
     bool coarse_unlimited = false;
 };
 
-// Eyes that a frame is drawn from, its targets and options. submit() copies it, but not the memory of the targets.
+// Eyes that a frame is drawn from, its targets and its options. submit() copies all of it, but not the memory of the
+// targets.
 struct FrameRequest {
-    std::span<const EyeParams> eyes;        // 1 or 2
-    std::span<const FrameTarget> targets{}; // one per eye, or none: pictures stay on the device
+    std::span<const EyeParams> eyes;        // the eyes to draw, one or two
+    std::span<const FrameTarget> targets{}; // a target for each eye; empty: the pictures stay on the device
     FrameOptions options{};
-    uint64_t repeats = 0; // ticket of an overflowed frame that this one draws again; 0 = none
+    uint64_t repeats = 0; // ticket of an overflowed frame that this request draws again; 0 = none
 };
 
 enum class FrameState {
     Done,
-    Pending,    // not drawn yet; ask again
-    Overflowed, // a buffer was too small and the targets are invalid: draw it again (FrameRequest::repeats) or drop it
+    Pending, // the frame is not drawn yet: call wait() again
+    // a buffer was too small and the targets are invalid: draw the frame again (FrameRequest::repeats) or drop it
+    Overflowed,
 };
 
-constexpr uint32_t kFramesInFlight = 2; // frames in flight of a renderer on one device
+constexpr uint32_t kFramesInFlight = 2; // most frames in flight of a renderer on one device
 
 class Renderer {
 public:
@@ -50,69 +52,75 @@ public:
 
     [[nodiscard]] virtual DeviceId id() const = 0;
     [[nodiscard]] virtual DeviceFacts device() const = 0;
-    [[nodiscard]] virtual bool onHost() const = 0; // the device is the host
-    // Draws into targets in memory of its device.
+    [[nodiscard]] virtual bool onHost() const = 0; // true if the device is the host
+    // True if the renderer can draw into targets in memory of its device.
     [[nodiscard]] virtual bool takesDeviceTargets() const { return true; }
 
-    // Measures them, which takes some tenths of a second and device memory. Unknown if the backend has no measurement.
-    // Throws Error (OutOfMemory, Device).
+    // Measures the device's highest rates, which takes some tenths of a second and device memory. All are 0 if the
+    // backend cannot measure. Throws Error (OutOfMemory, Device).
     [[nodiscard]] virtual DeviceCeilings ceilings() { return {}; }
 
-    // Tier in which a frame is rendered that asks for `asked`.
+    // Returns the tier in which a frame is drawn that asks for tier `asked`.
     [[nodiscard]] virtual Tier tierOf(Tier asked) const = 0;
 
-    // Forget frames in flight. Throw Error (OutOfMemory, Unsupported, Device).
+    // Load a model and drop frames in flight. Throw Error (OutOfMemory, Unsupported, Device).
     virtual void load(std::shared_ptr<const Scene> scene);
-    // the model, with all it points to, must outlive this or the next load()
+    // The model, with all that it points to, must outlive this renderer or the next load().
     virtual void load(const ModelView& model) = 0;
 
-    // Frames that may be between submit() and a wait() that ends them.
+    // Most frames that may be submitted and not yet ended by wait().
     [[nodiscard]] virtual uint32_t framesInFlight() const { return kFramesInFlight; }
 
-    // Forgets everything kept from earlier frames, as if the next frame were the first; buffers stay. No frame may be
-    // in flight.
+    // Forgets everything kept from earlier frames, as if the next frame were the first; buffers stay. Precondition: no
+    // frame is in flight.
     virtual void dropCaches() = 0;
 
-    // Returns the frame's ticket, from 1 in order. Does not wait for the device, but where its memory must grow (in first
-    // frames, at a new size, after an overflow) or the appearance is another than the frame before had. At most
-    // framesInFlight() are in flight, which is from submit() to a wait() that does not say Pending. Frames are drawn in
-    // order; what is kept from frame to frame, and how a frame is cut into passes, follows from what was submitted, never
-    // from what was ready when. RendererOptions::first_picture breaks both until the model has come: it waits for anchors,
-    // and shows those that are there. Throws Error: Usage for what cannot be drawn, Unsupported, OutOfMemory, Device.
+    // Submits a frame and returns its ticket: 1, 2, 3 and so on. It waits for the device only if memory must grow (in
+    // the first frames, for a new size, after an overflow) or if the appearance differs from that of the frame before.
+    //
+    // A frame is in flight from submit() until a wait() that does not return Pending; at most framesInFlight() frames
+    // may be. Frames are drawn in order. The content of caches and the number of passes depend only on what was
+    // submitted, never on timing. Both rules have an exception while RendererOptions::first_picture loads the model:
+    // submit() waits for anchors, and shows those that have been loaded.
+    //
+    // Throws Error: Usage for a request that cannot be drawn, Unsupported, OutOfMemory, Device.
     virtual uint64_t submit(const FrameRequest& request) = 0;
 
-    // Waits for a frame in flight until it is drawn, or `most` has passed. Copies a picture for the host, which is not part
-    // of that. `result` is filled unless it says Pending. Throws Error: Device where the device is lost, after which all
-    // its renderers are to be destroyed before others are made (which the driver may refuse this process); what submit()
-    // throws where it is found out later.
+    // Waits until a frame in flight is drawn, or `most` has passed; then copies a picture for the host, for which
+    // `most` does not count. `result` is filled unless Pending is returned. Throws Error: Device if the device is lost
+    // (destroy all of its renderers before making new ones, which the driver may still refuse to this process); also
+    // errors of submit() that are found only later.
     virtual FrameState wait(uint64_t ticket, FrameResult& result,
                             std::chrono::nanoseconds most = std::chrono::nanoseconds::max()) = 0;
 
-    // A cudaEvent_t that passes when a frame in flight is in its target, for targets on the device. Null on a host.
+    // Returns a cudaEvent_t that passes when a frame in flight is in its targets, for targets on the device. Null on
+    // the host.
     [[nodiscard]] virtual void* readyEvent(uint64_t) const { return nullptr; }
 
 private:
     std::shared_ptr<const Scene> m_scene;
 };
 
-// Throws Error: Usage for a backend or device that does not exist, naming those that do; Device or Unsupported for one
-// that this machine cannot run; OutOfMemory. `warning`, if not null, takes the devices that "auto" skips, and why.
+// Makes a renderer. Throws Error: Usage for a backend or device that does not exist, naming those that do; Device or
+// Unsupported for one that this machine cannot run; OutOfMemory. `warning`, if not null, is called with each device
+// that "auto" passes over, and why.
 std::unique_ptr<Renderer> makeRenderer(const DeviceId& device, const RendererOptions& options = {},
                                        std::string* warning = nullptr);
 
-// makeRenderer(), with the model loaded. With "auto", the CPU loads a model that a better backend cannot load, for want
-// of memory or of support. Each device passed over is added to `passed_over` with the reason; `load_ms`, if not null,
-// is how long loading took.
+// Makes a renderer and loads the model. With "auto", the CPU loads a model for which a better device lacks memory or
+// support. Each device passed over is added to `passed_over` with the reason; `load_ms`, if not null, receives the
+// time of loading.
 std::unique_ptr<Renderer> makeLoadedRenderer(const DeviceId& device, const RendererOptions& options,
                                              std::shared_ptr<const Scene> scene, std::vector<std::string>& passed_over,
                                              double* load_ms = nullptr);
 
-// Waits for a frame, and submits it again for as long as it overflows. The times are those of every try. Throws as both.
+// Waits for a frame, and submits it again as long as it overflows. The times in the result are sums over all tries.
+// Throws as submit() and wait() do.
 FrameResult finish(Renderer& renderer, const FrameRequest& request, uint64_t ticket);
-// Submits a frame and finishes it.
+// Submits a frame and waits for it as finish() does.
 FrameResult render(Renderer& renderer, const FrameRequest& request);
-// render() into pictures of height x width x 3 floats in memory of this process, one per eye; if `images` or an entry
-// is null, the picture stays on the device.
+// Does as render(), into pictures of height x width x 3 floats in memory of this process, one for each eye. If
+// `images` or an entry is null, the picture stays on the device.
 FrameResult render(Renderer& renderer, std::span<const EyeParams> eyes, const FrameOptions& options,
                    float* const* images = nullptr);
 

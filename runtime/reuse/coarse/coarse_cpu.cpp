@@ -81,18 +81,20 @@ const std::vector<SeenGroup>& CpuCoarse::choose(const CpuCoarseFrame& frame, Fra
     return m_near;
 }
 
-// Chooses the due copies to make, as far as there is memory: first those of groups that have no usable copy, then those
-// with the largest change.
+// Chooses which due copies are made, as far as there is memory: first those of groups without a usable copy, then
+// those with the largest change.
 void CpuCoarse::chooseDue(const CpuCoarseFrame& frame, FrameResult& result)
 {
     m_due.clear();
     for (size_t i = 0; i < frame.seen_count; ++i) {
         if (m_looks[i].due)
             m_due.push_back(uint32_t(i));
-        m_kept[frame.seen[i].group].used = m_frame; // copies in sight are not dropped
+        // marks the copy of a group that an eye sees as used, so that it is not dropped
+        m_kept[frame.seen[i].group].used = m_frame;
     }
     const uint64_t asked = frame.options.reuse.cache_bytes, limit = asked > 0 ? asked : m_memory;
-    const uint64_t most = tileFloats(kGroupSize * m_model.params->n_offsets) * sizeof(float); // most bytes of a copy
+    // largest size of a copy, bytes
+    const uint64_t most = tileFloats(kGroupSize * m_model.params->n_offsets) * sizeof(float);
     const uint64_t wanted = std::min(m_due.size() * most, limit);
     if (m_tile_bytes + wanted > limit)
         evict(m_tile_bytes + wanted - limit, result);
@@ -102,10 +104,10 @@ void CpuCoarse::chooseDue(const CpuCoarseFrame& frame, FrameResult& result)
     std::stable_sort(m_due.begin(), m_due.end(),
                      [this](uint32_t a, uint32_t b) { return m_looks[a].change > m_looks[b].change; });
     m_due.resize(room);
-    std::sort(m_due.begin(), m_due.end()); // neighbours lie in memory beside each other
+    std::sort(m_due.begin(), m_due.end()); // made in file order, because neighbours lie side by side in memory
 }
 
-// Gives `wanted` bytes or more back, of the copies that were drawn least recently and are not in sight.
+// Frees `wanted` bytes or more: of copies that no eye sees in this frame, those drawn least recently.
 void CpuCoarse::evict(uint64_t wanted, FrameResult& result)
 {
     std::vector<uint32_t> groups;
@@ -153,7 +155,7 @@ void CpuCoarse::makeGroup(const DecodeArgs& args, const CoarseView& view, const 
     Buffer<float>& tiles = m_tiles[index];
     if (tiles.capacity() != floats)
         tiles = {};
-    m_kept[index] = {}; // unless there is memory
+    m_kept[index] = {}; // the state stays empty unless there is memory for the copy
     tiles.reserveExactly(floats);
     storeCopy(scratch, gaussians, tiles.data());
     m_kept[index] = {keyOf(view, cell),

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Coarse copies of the CPU backend, kept from frame to frame (kernels/coarse/README.md), and how a frame draws them.
 //
-// There is no budget: every due copy is made, which costs no more than decoding the group as near. So a frame depends on
-// the poses so far only, and workers that saw the same poses draw the same picture.
+// The number of copies made in a frame has no limit: every due copy is made, which takes no longer than decoding the
+// group as a near one. So a frame depends only on the poses so far, and workers that saw the same poses draw equal
+// pictures.
 #pragma once
 
 #include "kernels/coarse/coarse_cpu.h"
@@ -14,10 +15,10 @@
 
 namespace gsc {
 
-// Inputs of a frame, and the state that its stages share.
+// Inputs of a frame with coarse copies, and scratch state of its stages.
 struct CpuCoarseFrame {
     const EyeParams* eyes;
-    const EyeParams* level_eyes; // eyes at the places that levels are chosen from
+    const EyeParams* level_eyes; // eyes at the places from which levels are chosen
     uint32_t eye_count;
     const FrameOptions& options;
     const Workers& workers;
@@ -29,22 +30,22 @@ struct CpuCoarseFrame {
 
 class CpuCoarse {
 public:
-    // `memory`: most bytes of copies where the options set no limit.
+    // `memory`: most bytes of all copies, if the options set no limit.
     explicit CpuCoarse(uint64_t memory) : m_memory(memory) {}
 
     // `model` must outlive the next load().
     void load(const ModelView& model);
     void clear();
 
-    // Makes the due copies of the groups that the frame sees, and lists the groups drawn from copies. Returns the others,
-    // the near groups, in file order. Fills the coarse and cache counts of `result`.
+    // Makes the due copies of the groups that the frame sees, and lists the groups to draw from copies. Returns the
+    // other groups, which are near, in file order. Sets the counts of copies and of the cache in `result`.
     const std::vector<SeenGroup>& choose(const CpuCoarseFrame& frame, FrameResult& result);
-    // Projects the copies into blocks() blocks of the stores, from first_block on, of `capacity` splat slots each.
-    // Called after decode, to whose counts it adds the anchors of the copies.
+    // Projects the copies into the blocks `first_block` to `first_block` + blocks() - 1 of the stores, each with
+    // `capacity` splat slots. Call it after decode: it adds the anchors of the copies to the counts of decode.
     void draw(const CpuCoarseFrame& frame, SplatStore* stores, size_t first_block, size_t capacity,
               FrameResult& result) const;
 
-    [[nodiscard]] size_t blocks() const { return m_drawn.size(); } // blocks that the last frame draws
+    [[nodiscard]] size_t blocks() const { return m_drawn.size(); } // number of blocks that the last frame draws
     [[nodiscard]] uint64_t bytes() const
     {
         return m_tile_bytes + m_kept.size() * (sizeof(KeptGroup) + sizeof(Buffer<float>));
@@ -68,18 +69,18 @@ private:
 
     uint64_t m_memory;
     ModelView m_model{};
-    std::vector<KeptGroup> m_kept;      // state of every group
-    std::vector<Buffer<float>> m_tiles; // copy of every group
+    std::vector<KeptGroup> m_kept;      // state of each group
+    std::vector<Buffer<float>> m_tiles; // copy of each group, empty = none
     uint64_t m_tile_bytes = 0;          // bytes of all copies
     std::vector<CoarseLook> m_looks;    // decision about each group that the frame sees
-    std::vector<uint32_t> m_due;        // indices, in `seen`, of the groups whose copies are made
-    std::vector<SeenGroup> m_near;      // near groups of this frame
-    std::vector<Drawn> m_drawn;         // groups drawn from copies
-    uint64_t m_anchors[4] = {};         // anchors of the copies drawn, by GroupSource
-    std::vector<JoinScratch> m_scratch; // per worker
+    std::vector<uint32_t> m_due;        // indices in CpuCoarseFrame::seen of the groups whose copies are made
+    std::vector<SeenGroup> m_near;      // groups that this frame decodes (near) and does not draw from copies
+    std::vector<Drawn> m_drawn;         // groups that this frame draws from copies
+    uint64_t m_anchors[4] = {};         // number of anchors of the copies drawn, by GroupSource
+    std::vector<JoinScratch> m_scratch; // scratch memory for each worker
     uint64_t m_frame = 0;
-    int32_t m_appearance = -1; // appearance that copies were made for
-    float m_fade = 0;          // FrameOptions::lod_fade that copies were made for
+    int32_t m_appearance = -1; // row of the embedding that the copies were made for
+    float m_fade = 0;          // FrameOptions::lod_fade that the copies were made for
 };
 
 } // namespace gsc

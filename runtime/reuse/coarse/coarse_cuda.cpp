@@ -10,10 +10,10 @@ namespace gsc {
 namespace {
 
 constexpr uint64_t kShareOfMemory = 6; // copies take at most 1 / kShareOfMemory of the free bytes
-// Share of the Gaussians that a model can have that copies of all of its groups hold: less than a third where they are far
-// enough, seven in ten of which are alive.
+// Memory for copies of all groups, as a share of the Gaussians that the model can have: a copy of a far group has less
+// than a third of the group's Gaussians, of which only seven in ten are kept by their opacity.
 constexpr double kKeptShare = 0.3;
-// copies per frame: groups / kBudgetShare + kLeastBudget
+// Most copies made in a frame: number of groups / kBudgetShare + kLeastBudget.
 constexpr uint32_t kBudgetShare = 8, kLeastBudget = 512;
 
 } // namespace
@@ -73,7 +73,7 @@ const CoarseNow& CudaCoarse::begin(const FrameNow& frame, uint32_t eye_count, co
         m_now.frame = 0;
         m_any = false;
     }
-    // photographs with an appearance row each would make copies that no later frame draws
+    // Frames that each have an appearance row of their own make no copies, because no later frame would draw them.
     const bool makes = m_forget || !changed;
     m_any = m_any || makes;
     m_forget = false;

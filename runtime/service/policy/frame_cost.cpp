@@ -11,8 +11,9 @@ namespace gsc {
 
 namespace {
 
-constexpr double kForget = 0.97; // weight of a frame, for every frame after it
-constexpr double kPrior = 0.02;  // weight of the belief that all four terms cost the same, beside a frame's 1
+constexpr double kForget = 0.97; // factor by which the weight of earlier frames falls with each new frame
+// weight of the assumption that the four terms (1 and three counts) cost the same; a frame has weight 1
+constexpr double kPrior = 0.02;
 
 } // namespace
 
@@ -34,8 +35,8 @@ FrameCost::Terms FrameCost::termsOf(const FrameLoad& load) const
             ratio(load.evaluations, m_unit.evaluations)};
 }
 
-// A count that has grown far beyond its unit makes the sums ill-conditioned, and one of nothing says nothing: then the
-// unit becomes the count, and the sums are those that it would have given.
+// Changes the units of counts. A count that is far larger than its unit would make the sums ill-conditioned, and a
+// unit of 0 would lose it. The unit then becomes the count, and the sums are converted to it.
 void FrameCost::growUnits(const FrameLoad& load)
 {
     constexpr double kFar = 8;
@@ -72,7 +73,7 @@ void FrameCost::learn(ServiceTime at, const FrameLoad& load, double ms)
         m_seen.pop_front();
 }
 
-// Least squares, drawn to equal weights where the frames leave them open.
+// Solves for the weights by least squares; where the frames leave them open, they tend to equal weights.
 FrameCost::Terms FrameCost::weights() const
 {
     glm::dmat4 products(0.0);

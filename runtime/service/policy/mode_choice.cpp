@@ -11,15 +11,15 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kRounds = 8;             // turns of each plan
-constexpr uint32_t kSkipped = 1, kTurn = 2; // poses of a turn: ignored at its start; that count
-// poses between whole frames whose times differ by this factor are not compared
+constexpr uint32_t kRounds = 8;             // number of turns that each plan gets
+constexpr uint32_t kSkipped = 1, kTurn = 2; // poses of a turn: kSkipped at its start are ignored, kTurn count
+// a pose is not compared if the whole frames around it have times that differ by this factor
 constexpr double kJump = 1.5;
-constexpr double kDrift = 2;      // factor of frame times
-constexpr uint32_t kSettled = 60; // poses until the running mean is settled
+constexpr double kDrift = 2;      // factor by which frame times must change before plans are tried again
+constexpr uint32_t kSettled = 60; // number of poses after which the running mean counts as settled
 constexpr double kLeastMs = 1e-3;
 
-// Infinity of none: an unknown plan is never best.
+// Returns the median; infinity if there are no values, so that a plan without them is never the best.
 double median(std::vector<double> values)
 {
     if (values.empty())
@@ -70,7 +70,8 @@ void ModeChoice::begin(std::vector<SharePlan> plans)
     m_since = 0;
 }
 
-// Workers that take turns: each frame against the one that many before.
+// Ends a turn and stores its poses. For workers that take turns, the time from frame to frame is measured over as many
+// frames as there are workers.
 void ModeChoice::Trial::endTurn(size_t first_number)
 {
     for (size_t i = kSkipped; i < turn.size(); ++i) {
@@ -100,7 +101,7 @@ bool ModeChoice::add(uint64_t serial, const SharedPose& pose)
     m_poses += length;
     ++m_turn;
     ++m_serial;
-    // whole frames at the begin, between any two others, and at the end
+    // whole frames have the first turn, the last one, and one between any two turns of other plans
     const size_t others = m_trials.size() - 1;
     if (m_turn > 2 * others * kRounds)
         decide();
@@ -109,8 +110,8 @@ bool ModeChoice::add(uint64_t serial, const SharedPose& pose)
     return true;
 }
 
-// Milliseconds that one worker would have taken for all of pose `number`: on the curve through its times of two whole
-// frames before and two after. `jumps`: these differ too much.
+// Milliseconds that one worker would have taken for all of pose `number`: interpolated between the whole frames drawn
+// before and after it, two on each side. `jumps`: the times of those differ too much.
 double ModeChoice::wholeMs(size_t number, bool& jumps) const
 {
     const std::vector<Counted>& whole = m_trials.front().counted;
@@ -121,7 +122,7 @@ double ModeChoice::wholeMs(size_t number, bool& jumps) const
     const size_t first = std::clamp<size_t>(after, 2, whole.size() - 2) - 2;
     double curve = 0, least = INFINITY, most = kLeastMs;
     for (size_t i = first; i < first + 4; ++i) {
-        double weight = 1; // Lagrange's
+        double weight = 1; // weight in Lagrange's interpolation
         for (size_t j = first; j < first + 4; ++j)
             if (j != i)
                 weight *=
@@ -134,7 +135,8 @@ double ModeChoice::wholeMs(size_t number, bool& jumps) const
     return std::clamp(curve, least / kJump, most * kJump);
 }
 
-// Computes each plan's times: as shares of one worker's times for the same poses, scaled to a mean pose.
+// Computes the mean times of each plan: medians of the ratio to one worker's time for the same pose, times the mean of
+// the latter.
 void ModeChoice::compare()
 {
     double sum = 0;
@@ -155,7 +157,7 @@ void ModeChoice::compare()
                     (any ? any_interval : interval).push_back(counted.interval_ms / whole);
             }
         }
-        // poses at a jump count only if there are no others
+        // poses that jump count only if there are no others
         ms = ms.empty() ? any_ms : ms;
         busy = busy.empty() ? any_busy : busy;
         interval = interval.empty() ? any_interval : interval;
@@ -169,12 +171,12 @@ void ModeChoice::compare()
 void ModeChoice::decide()
 {
     compare();
-    // a plan that holds the rate comes before one that does not
+    // plans that reach the wanted rate come before plans that do not
     const auto better = [&](const Trial& a, const Trial& b) {
         return a.holds(m_wanted) != b.holds(m_wanted) ? a.holds(m_wanted) : a.score(m_wanted) < b.score(m_wanted);
     };
     const auto best = std::ranges::min_element(m_trials, better);
-    const Trial& one = m_trials.front(); // plansFor() has it there, if at all
+    const Trial& one = m_trials.front(); // the plan of one worker, if it is tried: plansFor() puts it first
     const double least = best->score(m_wanted);
     const bool as_good = one.plan.workers == 1 && one.holds(m_wanted) == best->holds(m_wanted) &&
                          one.score(m_wanted) <= least + std::max(kAsGoodShare * least, kAsGoodMs);
@@ -206,7 +208,8 @@ double ModeChoice::bestRate() const
 
 bool ModeChoice::drifted() const
 {
-    const double tried = m_trials[m_current].busy; // busy time does not depend on the number of frames in flight
+    // compares busy times, which do not depend on the number of frames in flight
+    const double tried = m_trials[m_current].busy;
     return m_decided && m_trials.size() > 1 && m_since >= kSettled &&
            (m_now_ms > kDrift * tried || m_now_ms * kDrift < tried);
 }

@@ -15,7 +15,8 @@ PaceDecision Pace::look(ServiceTime now, const PaceFacts& facts)
     }
     const bool unknown = facts.rate <= 0 && facts.predicted_rate <= 0;
     if (unknown || facts.starting > 0) {
-        m_low = m_high = std::nullopt; // earlier observations may no longer hold
+        // forgets since when the rate was too low or too high, because the rate has changed or is unknown
+        m_low = m_high = std::nullopt;
         if (facts.starting > 0)
             m_stepped = now;
     }
@@ -25,7 +26,7 @@ PaceDecision Pace::look(ServiceTime now, const PaceFacts& facts)
     const double worst = !known      ? facts.predicted_rate
                          : !foreseen ? facts.rate
                                      : std::min(facts.rate, facts.predicted_rate);
-    // N: the remaining workers. They alone must still exceed max_fps, so that a stop never causes a start
+    // the remaining workers alone must still exceed max_fps, so that a stop never causes a start
     const uint32_t remain = facts.working - 1;
     const double most = remain > 0 ? (1 + 1.0 / remain) * m_rules.max_fps : 0;
     const auto follow = [now](std::optional<ServiceTime>& since, bool holds) {

@@ -6,7 +6,7 @@
 
 namespace gsc {
 
-using ServiceTime = std::chrono::nanoseconds; // since the service began
+using ServiceTime = std::chrono::nanoseconds; // time since the service began
 
 class ServiceClock {
 public:

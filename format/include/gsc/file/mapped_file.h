@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A whole file, mapped for reading. All mapping code of the project.
+// Maps a whole file for reading. No other code of the project maps files.
 #pragma once
 
 #include <cstddef>
@@ -9,35 +9,34 @@
 
 namespace gsc {
 
-// Messages for a mapping that cannot be read any more, one per way of output, each with its line end.
+// Messages about a mapping that cannot be read any more, one per form of output, each with its line end.
 struct FaultTexts {
-    std::string text;  // message for people
-    std::string event; // schemas/progress-event.schema.json
-    std::string json;  // schemas/error.schema.json
+    std::string text;  // plain text for people
+    std::string event; // JSON as in schemas/progress-event.schema.json
+    std::string json;  // JSON as in schemas/error.schema.json
 };
 
 class MappedFile {
 public:
-    // Throws Error: Io if `path` cannot be opened, is not a regular file or cannot be mapped, OutOfMemory if there is no
-    // address space for it. An empty file is fine.
+    // Maps the file. Throws Error: Io if `path` cannot be opened, is not a regular file or cannot be mapped;
+    // OutOfMemory if there is no address space for it. An empty file is allowed.
     explicit MappedFile(const std::string& path);
     ~MappedFile();
     MappedFile(MappedFile&& other) noexcept;
     MappedFile& operator=(MappedFile&& other) noexcept;
 
-    // Page-aligned; valid as long as this object lives.
-    // note: a file that another process shortens while it is mapped raises SIGBUS on access, as with every mapping; what
-    // a program does then: file_fault.h
+    // Bytes of the file, from an address aligned to a page; valid as long as this object lives. note: a file that
+    // another process shortens while it is mapped raises SIGBUS when it is read; see file_fault.h
     [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return {m_data, m_size}; }
 
 private:
     const std::byte* m_data = nullptr;
     size_t m_size = 0;
-    int m_slot = -1; // in the table of faultTextsOf()
+    int m_slot = -1; // index in the table that faultTextsOf() searches, -1: none
     std::unique_ptr<const FaultTexts> m_texts;
 };
 
-// The mapped file that `address` lies in, null if there is none. Async-signal-safe.
+// Messages of the mapped file that `address` lies in; null if it lies in none. Async-signal-safe.
 const FaultTexts* faultTextsOf(const void* address) noexcept;
 
 } // namespace gsc
