@@ -66,7 +66,7 @@ __device__ __forceinline__ void copyCells(const uint32_t* cells, uint32_t slabs,
 __device__ __forceinline__ uint32_t listRuns(uint32_t* cells, uint32_t slabs, uint32_t origin)
 {
     const uint32_t lane = threadIdx.x & 31u;
-    // number of runs; and of the cell before: multiple of kPieceAim and end
+    // count: runs found so far. The cell before: (start - origin) / kPieceAim, and its end
     uint32_t count = 0, number_before = ~0u, end_before = origin;
 #pragma unroll 1
     for (uint32_t first = 0; first < slabs; first += kWarpCells) {

@@ -73,7 +73,8 @@ __device__ __forceinline__ uint32_t listShown(MakeShared& shared)
     return count;
 }
 
-// Decodes up to 16 of the shown anchors and joins their Gaussians: `count` of them, from number `first` of the list on.
+// Decodes the anchors of a strip, at most 16, and joins their Gaussians. first: number of the group's first anchor; shown:
+// the strip's anchors, counted from it, `count` of them.
 template <bool kCompact, bool kBank>
 __device__ __forceinline__ void makeStrip(const CoarseCudaArgs& args, MakeShared& shared, const MadeGroup& group,
                                           uint32_t level_index, uint32_t first, const uint8_t* shown, uint32_t count,

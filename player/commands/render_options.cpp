@@ -40,8 +40,9 @@ void addReuseOptions(CLI::App& app, PlayOptions& options)
     addInteger(app, "--reuse-depth", reuse.max_depth, 0, kMaxReuseDepth, "N (default: 10)",
                "with --reuse depth, most frames that decoded Gaussians are drawn again; more is faster and less exact")
         .rare();
-    addChoice<DepthGuidance>(app, "--reuse-guidance", reuse.guidance, depthGuidances(), "default: linear",
-                             "with --reuse depth, how that number of frames falls as more of the view is new")
+    addChoice<DepthGuidance>(
+        app, "--reuse-guidance", reuse.guidance, depthGuidances(), "default: linear",
+        "with --reuse depth, curve by which Gaussians are drawn again in fewer frames as more of the view is new")
         .rare();
     addNumber(app, "--reuse-bound", reuse.bound, {0, kMaxReuseBound}, " in 1/255", "B (default: 1)",
               "with --reuse error, largest predicted change of colour at which Gaussians are drawn again, in 1/255 of "

@@ -79,7 +79,8 @@ RunRow bench(const BenchOptions& options, Reporter& log)
 
     double load_ms = 0;
     const std::unique_ptr<Renderer> renderer = openRenderer(play.model, play.devices, scene, log, load_ms);
-    run.backend = deviceText(renderer->id());
+    // the name that a sweep gives it, so that their rows are compared
+    run.backend = play.devices.device == 0 ? renderer->id().backend : deviceText(renderer->id());
     RunResult result;
     result.tier = renderer->tierOf(play.frame.tier);
     std::optional<FrameGuard> guard =

@@ -125,7 +125,7 @@ Accuracy scoreBench(const BenchOptions& options, const std::shared_ptr<const Sce
                 openRenderer(options.play.model, options.play.devices.alone(options.reference), scene, log, ignored);
         }
         Renderer& reference = other ? *other : renderer;
-        context.reference = deviceText(reference.id());
+        context.reference = options.play.devices.device == 0 ? reference.id().backend : deviceText(reference.id());
         return BenchScorer(*scene, path, choice, renderer, reference).run(options, context.score);
     } catch (const Error& e) {
         if (e.code() != ErrorCode::OutOfMemory)

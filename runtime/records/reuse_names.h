@@ -13,7 +13,7 @@ namespace gsc {
 constexpr uint32_t kMaxReuseDepth = 1000000; // frames
 constexpr double kMaxReuseBound = 255;       // units of 1/255: the whole range of a colour
 constexpr double kMaxLodBias = 16;           // levels, either way
-constexpr double kMaxLodWidth = 1;           // levels: width of a transition or a hysteresis
+constexpr double kMaxLodWidth = 1;           // levels: largest width of a fade or of a hysteresis
 constexpr double kTurboDetail = 2;           // pixels: FrameOptions::detail of the tier turbo
 
 // Choice of --tier: the tier, and the detail that goes with it unless --detail says otherwise.

@@ -166,6 +166,7 @@ def runs(gsc, data):
     again = make_runs.rows(trajectories=1, runs=1, frames=1)
     again[0]["ms"]["wall"]["median"] = 0
     write("timeless.jsonl", again)
+    shutil.copy(Path(__file__).parents[2] / "samples/foveation.jsonl", data / "foveation.jsonl")
     curve = {"target_psnr": None, "model_anchors": 9, "most_pixels": 9, "archive_bytes": 9, "worst_pose": "a",
              "detail_ms": {"0": 1, "1": 1, "2": 1, "4": 1}}
     write("curve.jsonl", [line | {"curve": curve} for line in one])

@@ -95,7 +95,7 @@ Surface sunkSurface(const Surface& surface, double inset);
 // rounded.
 struct CellLayout {
     uint64_t count = 0;
-    double row_height = 0;           // metres from one row to the next
+    double row_height = 0;           // metres between neighbouring rows of grid cells
     std::vector<uint64_t> row_first; // number of the first cell of each row, and of the end
 };
 
