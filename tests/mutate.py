@@ -41,6 +41,7 @@ AREAS = {
     "kernels": ["kernels"],
     "runtime": ["runtime"],
     "player": ["player"],
+    "chart": ["convert/chart", "convert/merge"],
 }
 EVERYWHERE = {"format/include/gsc/gsc_layout.h", "kernels/include/gsc/frame_types.h"}  # nearly every source would be built again
 # other checks than of behaviour, and those that build something
