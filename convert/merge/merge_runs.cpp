@@ -67,6 +67,7 @@ void RunMerger::addLine(std::string_view line, const std::string& where, bool ha
     if (is_run) {
         const RunRow run = runRowOf(json, where);
         row.device = run.device.name;
+        form = run.stability ? "rows of stability" : "rows of a sweep";
         row.exceeds = run.stability && !run.stability->passed();
         if (!run.stability)
             row.id = run.config.id; // no id for stability: it may list a trajectory twice
