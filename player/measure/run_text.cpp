@@ -2,7 +2,9 @@
 #include "player/measure/run_text.h"
 
 #include "player/devices/worker_report.h"
+#include "format/numbers/count_text.h"
 #include "player/options/level_report.h"
+#include "runtime/cli/reporter.h"
 #include "runtime/records/reuse_names.h"
 
 #include <gsc/error.h>

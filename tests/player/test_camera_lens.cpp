@@ -188,7 +188,7 @@ TEST_CASE("distortion is refused with its key and its value, or ignored and told
         CHECK(refused.says(c.where));
         CHECK(refused.says("expected a pinhole"));
         CHECK(refused.says("undistort the images"));
-        CHECK(refused.says("--ignore-distortion"));
+        CHECK(refused.says("take the lens as a pinhole"));
         std::vector<std::string> ignored;
         CHECK(parseCameraFile(c.json, "f.json", nullptr, telling(ignored)).size() >= 1);
         CHECK(ignored.size() == 1);

@@ -193,7 +193,7 @@ class PictureTest(XrCase):
     def test_lens_masks_that_make_no_sense(self) -> None:
         good = xr_case.hidden_mesh(xr_case.lens([-45, 45, 45, -45], 0.8))
         bad = {"three of each triangle": {**good, "indices": good["indices"][:-1]},
-               "expected one of its 48 corners": {**good, "indices": good["indices"][:-1] + [48]},
+               "expected one of 48 corners": {**good, "indices": good["indices"][:-1] + [48]},
                "expected finite numbers": {**good, "vertices": good["vertices"][:-1] + [[None, 0]]},
                "expected at most 65536": {**good, "indices": [0, 1, 2] * 30000}}
         for says, mesh in bad.items():
