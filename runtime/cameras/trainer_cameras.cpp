@@ -176,7 +176,7 @@ void warnOfSettingsBeside(const std::string& cameras, const CameraReading& how)
         if (mayStateSize(text))
             how.warn(formatString(
                 "%s: its resolution is not applied to the cameras of %s, whose pictures are at most %g pixels wide; "
-                "the cameras that were stored in the model when it was converted have the trainer's size",
+                "take those that gsc convert stored in the model, which have the trainer's size (--cameras stored)",
                 path.c_str(), cameras.c_str(), kTrainerMaxWidth));
         if (const size_t at = text.find(kImages); at != std::string::npos)
             warnOfSmallImages(text.substr(at, text.find_first_not_of("0123456789", at + kImages.size()) - at),
