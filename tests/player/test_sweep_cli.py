@@ -194,6 +194,7 @@ class SweepTest(unittest.TestCase):
                    trajectories=["paths/first.json"])
         check_schema("sweep", json.loads(self.config.read_text()))
         run = self.sweep()
+        self.assertNotIn("in the file already", run.stderr)
         rows = self.rows()
         for row in rows:
             check_schema("run", row)

@@ -279,6 +279,7 @@ TEST_CASE("wrong files are refused with the place and what was expected")
         {head + R"(,"axes":{"tier":["best"]}})", "\"tier[0]\"", "\"exact\", \"fast\", \"turbo\""},
         {head + R"(,"axes":{"detail":[2,-1]}})", "\"detail[1]\"", "0 = everything"},
         {head + R"(,"axes":{"detail":[9]}})", "\"detail[0]\"", "0 to 8"},
+        {head + R"(,"axes":{"lod_hysteresis":[1.5]}})", "\"lod_hysteresis[0]\"", "0 to 1"},
         {head + R"(,"axes":{"detail":[null]}})", "\"detail[0]\"", "a number"},
         {head + R"(,"runs":[{"detail":2,"tier":"exact"}]})", "\"detail\"", "\"turbo\""},
         {head + R"(,"runs":[{"detail":2,"policy":"depth"}]})", "\"policy\"", "\"none\""},
