@@ -97,17 +97,17 @@ void RowFile::read(const std::string& text, const Take& take)
     const ParsedRow row = parseRow(rest);
     if (row.state == ParsedRow::State::BeyondLimits)
         failLine(m_path, line, *m_kind, rest, row.fault);
-    const bool needs_end = row.state == ParsedRow::State::Whole; // an editor may leave out the last line end
-    // thrown away only if it is certainly the start of a row
-    if (needs_end ? !rest.starts_with(m_kind->start) || !row.json.is_object() : !isCutLine(rest, m_kind->start))
-        failLine(m_path, line, *m_kind, rest);
-    if (needs_end)
+    if (row.state == ParsedRow::State::Whole) { // an editor may leave out the last line end
+        if (!rest.starts_with(m_kind->start) || !row.json.is_object())
+            failLine(m_path, line, *m_kind, rest);
         take(row.json, placeOf(m_path, line));
-    if (needs_end)
         m_whole = m_bytes + 1; // the next row writes the missing line end
-    else
-        m_cut_off = formatString("%s: line %zu is half-written, what a run that was killed left behind; it is cut off",
-                                 m_path.c_str(), line);
+        return;
+    }
+    if (!isCutLine(rest, m_kind->start)) // thrown away only if it is certainly the start of a row
+        failLine(m_path, line, *m_kind, rest);
+    m_cut_off = formatString("%s: line %zu is half-written, what a run that was killed left behind; it is cut off",
+                             m_path.c_str(), line);
 }
 
 void RowFile::add(std::string_view line)
