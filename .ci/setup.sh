@@ -10,7 +10,7 @@ packages=(
     g++ cmake ninja-build
     libopenvdb-dev libnanovdb-dev libboost-dev libboost-iostreams-dev libtbb-dev
     libopenimageio-dev openimageio-tools python3-imath # OpenImageIO's CMake package fails without the last two
-    nlohmann-json3-dev libglm-dev libcli11-dev libhwy-dev libxxhash-dev libzstd-dev zlib1g-dev libzip-dev libyaml-cpp-dev
+    nlohmann-json3-dev libglm-dev libcli11-dev libhwy-dev libxxhash-dev libzstd-dev zlib1g-dev libdeflate-dev libzip-dev libyaml-cpp-dev
     duktape-dev librsvg2-dev pkg-config # gsc chart --figures
     libwebp-dev                             # gsc export --to sog
     libvulkan-dev libglfw3-dev libimgui-dev # gsc-play window

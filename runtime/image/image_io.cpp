@@ -6,6 +6,7 @@
 #include "format/file/stand_in.h"
 #include "format/machine/threads.h"
 #include "runtime/image/oiio_image.h"
+#include "runtime/image/png_file.h"
 #include "runtime/module/load_module.h"
 
 #include <algorithm>
@@ -18,6 +19,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
+#include <iterator>
 #include <span>
 #include <string_view>
 
@@ -31,7 +33,7 @@ constexpr uint32_t kMaxSide = 32768; // largest width and height of an image, pi
 #ifdef GSC_WITH_OIIO
 constexpr std::string_view kExtensions[] = {".pfm", ".png", ".exr"};
 #else
-constexpr std::string_view kExtensions[] = {".pfm"};
+constexpr std::string_view kExtensions[] = {".pfm", ".png"};
 #endif
 
 #ifdef GSC_WITH_OIIO
@@ -50,15 +52,14 @@ const OiioImageFunctions& loadOiio()
 }
 #endif
 
-// Returns the functions that read and write every kind of image but PFM. Throws Error(Unsupported) if the build has
-// none.
+// Functions that read and write every kind of image but PNG and PFM. Throws Error(Unsupported) where the build has none.
 const OiioImageFunctions& oiio([[maybe_unused]] const std::string& path)
 {
 #ifdef GSC_WITH_OIIO
     static const OiioImageFunctions& functions = loadOiio();
     return functions;
 #else
-    throw Error(ErrorCode::Unsupported, path, "this build cannot read this kind of image", ".pfm",
+    throw Error(ErrorCode::Unsupported, path, "this build cannot read this kind of image", ".png or .pfm",
                 "use a build with GSC_WITH_OIIO");
 #endif
 }
@@ -161,7 +162,7 @@ bool isImageExtension(const std::string& path)
 
 void loadImageWriter(const std::string& path)
 {
-    if (extensionOf(path) != ".pfm")
+    if (extensionOf(path) == ".exr")
         (void)oiio(path);
 }
 
@@ -172,8 +173,10 @@ void writeImage(const std::string& path, const Image& image, PixelDepth depth, b
                     "choose one of them");
     const std::string extension = extensionOf(path);
     std::vector<unsigned char> encoded;
-    if (extension != ".pfm")
-        encoded = oiio(path).encode(path, extension, image, depth);
+    if (extension == ".png")
+        encoded = encodePng(image, depth);
+    else if (extension == ".exr")
+        encoded = oiio(path).encode(path, image);
     OutputFile file(path, OutputKind::Binary, overwrite);
     if (extension == ".pfm")
         writePfm(file, image);
@@ -186,8 +189,11 @@ Image readImage(const std::string& path)
 {
     if (extensionOf(path) == ".pfm")
         return readPfm(path);
-    (void)opened(path);
-    return oiio(path).read(path);
+    std::ifstream file = opened(path);
+    if (extensionOf(path) != ".png")
+        return oiio(path).read(path);
+    const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), {});
+    return decodePng(std::as_bytes(std::span(bytes)), path);
 }
 
 } // namespace gsc

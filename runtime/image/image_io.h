@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads and writes image files: PFM always; PNG (8 and 16 bit) and EXR (32-bit float) through OpenImageIO if the build
-// has it. EXR and PFM hold the values as rendered: display values as in a PNG, not linear light.
+// Image files: PNG (8 and 16 bit) and PFM, and through OpenImageIO, where the build has it, EXR (32-bit float) and what
+// else it reads.
+// EXR and PFM hold the values as rendered: display values as in a PNG, not linear light.
 #pragma once
 
 #include <cstdint>

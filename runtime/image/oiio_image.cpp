@@ -7,7 +7,6 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
-#include <algorithm>
 #include <memory>
 
 namespace gsc {
@@ -15,26 +14,6 @@ namespace gsc {
 namespace {
 
 constexpr int kMaxSide = 32768; // largest width and height of an image, pixels
-
-template <typename T>
-std::vector<T> quantised(const Image& image)
-{
-    std::vector<T> out(image.pixels.size());
-    std::ranges::transform(image.pixels, out.begin(), wholeValue<T>);
-    return out;
-}
-
-// Encodes an image in memory: OpenImageIO's PNG writer does not notice if the disk is full at its last buffer.
-std::vector<unsigned char> encodeAs(OIIO::ImageOutput& output, const std::string& path, OIIO::ImageSpec spec,
-                                    OIIO::TypeDesc type, const void* pixels)
-{
-    spec.set_format(type);
-    OIIO::Filesystem::IOVecOutput encoded;
-    if (!output.set_ioproxy(&encoded) || !output.open(path, spec) || !output.write_image(type, pixels) ||
-        !output.close())
-        throw internalError(path, "OpenImageIO cannot encode the image (" + output.geterror() + ")", "it to");
-    return encoded.buffer();
-}
 
 template <typename T>
 Image readAs(OIIO::ImageInput& input, const std::string& path, OIIO::TypeDesc type, float max)
@@ -53,27 +32,21 @@ Image readAs(OIIO::ImageInput& input, const std::string& path, OIIO::TypeDesc ty
     return image;
 }
 
-std::vector<unsigned char> encodeOiioImage(const std::string& path, const std::string& extension, const Image& image,
-                                           PixelDepth depth)
+std::vector<unsigned char> encodeExr(const std::string& path, const Image& image)
 {
-    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(extension.substr(1));
+    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("exr");
     if (!output)
-        throw Error(ErrorCode::Unsupported, path,
-                    formatString("OpenImageIO cannot write %s (%s)", extension.c_str(), OIIO::geterror().c_str()),
-                    "it to", "choose another kind of image, such as .pfm");
+        throw Error(ErrorCode::Unsupported, path, "OpenImageIO cannot write .exr (" + OIIO::geterror() + ")", "it to",
+                    "choose another kind of image, such as .pfm");
     OIIO::ImageSpec spec(int(image.width), int(image.height), 3, OIIO::TypeDesc::FLOAT);
-    if (extension == ".exr") {
-        spec.attribute("compression", "zip");
-        // without it OpenImageIO writes the current time, and equal pictures would give different bytes
-        spec.attribute("DateTime", "1970:01:01 00:00:00");
-        return encodeAs(*output, path, spec, OIIO::TypeDesc::FLOAT, image.pixels.data());
-    }
-    if (depth == PixelDepth::Sixteen) {
-        const std::vector<uint16_t> raw = quantised<uint16_t>(image);
-        return encodeAs(*output, path, spec, OIIO::TypeDesc::UINT16, raw.data());
-    }
-    const std::vector<uint8_t> raw = quantised<uint8_t>(image);
-    return encodeAs(*output, path, spec, OIIO::TypeDesc::UINT8, raw.data());
+    spec.attribute("compression", "zip");
+    // OpenImageIO would put the time in, and the same picture would not be the same bytes
+    spec.attribute("DateTime", "1970:01:01 00:00:00");
+    OIIO::Filesystem::IOVecOutput encoded;
+    if (!output->set_ioproxy(&encoded) || !output->open(path, spec) ||
+        !output->write_image(OIIO::TypeDesc::FLOAT, image.pixels.data()) || !output->close())
+        throw internalError(path, "OpenImageIO cannot encode the image (" + output->geterror() + ")", "it to");
+    return encoded.buffer();
 }
 
 Image readOiioImage(const std::string& path)
@@ -107,7 +80,7 @@ void startNoOiioThreads()
     OIIO::attribute("exr_threads", -1);
 }
 
-constexpr OiioImageFunctions kFunctions{startNoOiioThreads, encodeOiioImage, readOiioImage};
+constexpr OiioImageFunctions kFunctions{startNoOiioThreads, encodeExr, readOiioImage};
 
 } // namespace
 

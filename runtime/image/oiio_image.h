@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions by which image_io.cpp writes and reads images with OpenImageIO: the module gsc_image_oiio.
+// Functions by which image_io.cpp writes EXR and reads all but PNG and PFM with OpenImageIO: the module gsc_image_oiio.
 #pragma once
 
 #include "runtime/image/image_io.h"
@@ -16,11 +16,9 @@ struct OiioImageFunctions {
     // Keeps the libraries from starting threads; call it before the first picture.
     void (*startNoThreads)();
 
-    // Returns the bytes of an image file. `extension` (".png", ".exr") decides the format; `path` is named in
-    // messages. Throws Error: Unsupported, Internal.
-    std::vector<unsigned char> (*encode)(const std::string& path, const std::string& extension, const Image& image,
-                                         PixelDepth depth);
-    // Reads an image file. Throws Error (Io, InvalidFile, Unsupported).
+    // The bytes of an EXR file; `path` is for messages. Throws Error: Unsupported, Internal.
+    std::vector<unsigned char> (*encode)(const std::string& path, const Image& image);
+    // Throws Error (Io, InvalidFile, Unsupported).
     Image (*read)(const std::string& path);
 };
 

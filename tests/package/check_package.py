@@ -179,14 +179,15 @@ def check_installed() -> None:
         picture = "gsc_image_oiio" in modules
         if runtime := [library for library in needed(play) if "cuda" in library]:  # the toolkit's is linked in
             sys.exit(f"gsc-play needs {runtime}: not there on a machine that has only a driver")
-        if (".png" in run(play, "--version")) != picture:
-            sys.exit(f"--version tells of PNG, or does not; the modules are {sorted(modules)}")
+        if (".exr" in run(play, "--version")) != picture:
+            sys.exit(f"--version tells of EXR, or does not; the modules are {sorted(modules)}")
+        run(write_tiny, folder / "tiny.gsc")
+        view = ("tiny.gsc", "--frames", "0:1", "--size", "64x48", "--backend", "cpu", "--out")
+        run(play, *view, "picture.png", cwd=folder)
+        if not (folder / "picture.png").read_bytes().startswith(b"\x89PNG"):
+            sys.exit("picture.png is no PNG")
         if picture:
-            run(write_tiny, folder / "tiny.gsc")
-            check_module(modules["gsc_image_oiio"], folder, play, "tiny.gsc", "--frames", "0:1", "--size", "64x48",
-                         "--backend", "cpu", "--out", "new/picture.png")
-            if not (folder / "new/picture.png").read_bytes().startswith(b"\x89PNG"):
-                sys.exit("picture.png is no PNG")
+            check_module(modules["gsc_image_oiio"], folder, play, *view, "new/picture.exr")
         if gsc.exists():
             run(gsc, "sample", "room", "--anchors", "500", "-o", "room", "-q", cwd=folder)
             check_module(modules["gsc_index_openvdb"], folder, gsc, "convert", "room", "-o", "room.gsc", "-q")

@@ -19,17 +19,6 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define GSC_TEST_ASAN
-#endif
-#elif defined(__SANITIZE_ADDRESS__)
-#define GSC_TEST_ASAN
-#endif
-#ifdef GSC_TEST_ASAN
-#include <sanitizer/lsan_interface.h>
-#endif
-
 using namespace gsc;
 using namespace gsc::test;
 namespace fs = std::filesystem;
@@ -186,10 +175,6 @@ TEST_CASE("a full disk is an I/O error")
 
 TEST_CASE("PNG follows torchvision's rounding in both depths")
 {
-    if (!canWrite("a.png")) {
-        MESSAGE("skipped: built without OpenImageIO");
-        return;
-    }
     const TempFolder folder;
     Image image = someImage(33, 17);
     image.pixels[0] = std::numeric_limits<float>::quiet_NaN();
@@ -224,19 +209,35 @@ TEST_CASE("EXR keeps 32-bit floats")
     CHECK(readText(folder / "a.EXR").find("1970:01:01") != std::string::npos); // no clock in the file
 }
 
-TEST_CASE("damaged PNG files are refused at every length")
+TEST_CASE("damaged PNG files are refused at every length and with every byte changed")
 {
-    if (!canWrite("a.png"))
-        return;
-#ifdef GSC_TEST_ASAN
-    // note: OpenImageIO 2.4 loses a string of 31 bytes when libpng jumps out of a damaged file
-    const __lsan::ScopedDisabler not_ours;
-#endif
     const TempFolder folder;
     writeImage(folder / "a.png", someImage(16, 16), PixelDepth::Eight, true);
     const std::string good = readText(folder / "a.png");
-    for (size_t size = 0; size + 16 < good.size(); size += 37) {
+    for (size_t size = 0; size < good.size(); size += 7) {
         writeText(folder / "b.png", good.substr(0, size));
         CHECK(codeOf(folder / "b.png") == ErrorCode::InvalidFile);
+    }
+    for (size_t at = 0; at < good.size(); at += 3) { // each chunk has a checksum
+        std::string bad = good;
+        bad[at] = char(bad[at] ^ 4);
+        writeText(folder / "b.png", bad);
+        CHECK(codeOf(folder / "b.png") == ErrorCode::InvalidFile);
+    }
+}
+
+TEST_CASE("a PNG header that lies about the size costs no memory")
+{
+    const TempFolder folder;
+    writeImage(folder / "a.png", someImage(1, 1), PixelDepth::Eight, true);
+    std::string lie = readText(folder / "a.png");
+    const std::string header("IHDR\0\0\x80\0\0\0\x80\0\x10\2\0\0\0\x1b\x8e\xe8\x6b", 21); // 32768 x 32768, 16 bits
+    lie.replace(12, header.size(), header);
+    writeText(folder / "b.png", lie);
+    try {
+        (void)readImage(folder / "b.png");
+        FAIL("it was read");
+    } catch (const Error& e) {
+        CHECK(std::string(e.what()).find("its pixels are missing") != std::string::npos);
     }
 }

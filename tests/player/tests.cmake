@@ -51,6 +51,9 @@ if(TARGET gsc_player)
                $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc> $<TARGET_FILE:gsc>)
     add_test(NAME test_shards COMMAND ${shards})
     set_tests_properties(test_shards PROPERTIES LABELS cpu TIMEOUT 600)
+    add_test(NAME test_png COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_png.py ${PROJECT_SOURCE_DIR}
+                                   $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc> $<TARGET_FILE:gsc>)
+    set_tests_properties(test_png PROPERTIES LABELS cpu TIMEOUT 300)
     add_test(NAME test_shards_parallel COMMAND ${shards} parallel)
     set_tests_properties(test_shards_parallel PROPERTIES LABELS "cpu;slow;long" TIMEOUT 1200)
     add_test(NAME test_paper COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_paper.py ${PROJECT_SOURCE_DIR}
