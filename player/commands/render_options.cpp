@@ -154,8 +154,11 @@ void addFrames(CLI::App& app, PlayOptions& options)
 void addViewOptions(CLI::App& app, PlayOptions& options, const std::string& size)
 {
     const Heading heading(app, "View");
-    addImageSize(app, "--size", options.view.width, options.view.height, "WxH (default: " + size + ")",
-                 "width and height of a picture in pixels");
+    addImageSize(
+        app, "--size", options.view.width, options.view.height, "WxH|W|1080p (default: " + size + ")",
+        "width and height of a picture in pixels; a width alone keeps the camera's aspect, at another aspect one "
+        "axis shows more",
+        true);
     detail::addValue(app, "--fov", "DEGREES (default: the camera's)", "horizontal angle of view",
                      [&options](const std::string& name, const std::string& text) {
                          const double angle = detail::number(name, text, {0.01, 179.9}, " degrees");

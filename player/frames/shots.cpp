@@ -17,11 +17,12 @@ namespace {
 // each eye; the angles of view stay.
 void sizeHead(Camera& head, const ViewChoice& view)
 {
+    const double own_height = head.width > 0 ? double(head.height) * view.width / head.width : 0;
     if (view.width > 0) {
         head.width = view.width;
-        head.height = view.height;
+        head.height = view.height > 0 ? view.height : uint32_t(std::lround(own_height));
     }
-    if (head.width == 0)
+    if (head.width == 0 || head.height == 0)
         throw Error(ErrorCode::Usage, "camera " + head.name, "its file states no image size", "one", "pass --size WxH");
 }
 
@@ -120,10 +121,12 @@ std::vector<Shot> cutShots(std::vector<Camera> cameras, const TrajectoryFacts& f
     const uint64_t end = std::min<uint64_t>(choice.end, cameras.size());
     for (uint64_t i = choice.first; i < end; ++i) {
         Camera& camera = cameras[i];
-        if (facts.views.empty())
-            finishCamera(camera, view.width, view.height, view.fov_x);
-        else
+        if (facts.views.empty()) {
+            const bool keeps_size = view.sizes_others && camera.width > 0;
+            finishCamera(camera, keeps_size ? 0 : view.width, keeps_size ? 0 : view.height, view.fov_x);
+        } else {
             sizeHead(camera, view);
+        }
         if (camera.width < 1 || camera.height < 1 || camera.width > kMaxImageSide || camera.height > kMaxImageSide)
             throw Error(ErrorCode::Usage, "camera " + camera.name,
                         formatString("its image is %u x %u pixels", camera.width, camera.height),

@@ -89,7 +89,8 @@ RowConfig rowConfig(const RunContext& context, const Path& path, const RunConfig
     config.stereo = stereoName(run.stereo);
     config.eyes = path.eye_count;
     config.ipd = path.eye_count == 2 ? path.shots.front().ipd : 0;
-    config.size = {context.view.width, context.view.height};
+    if (context.view.width > 0) // one side may be given alone
+        config.size = {path.shots.front().camera.width, path.shots.front().camera.height};
     config.fov_degrees = context.view.fov_x * 180 / std::numbers::pi;
     config.near_z = run.near_z;
     config.appearance = context.appearance;

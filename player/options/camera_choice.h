@@ -31,10 +31,11 @@ struct CameraChoice {
 };
 
 struct ViewChoice {
-    uint32_t width = 0, height = 0; // size of a picture in pixels, 0 = the camera's
+    uint32_t width = 0, height = 0; // size of a picture in pixels, 0 = the camera's; one side alone keeps its aspect
     double fov_x = 0;               // horizontal angle of view in radians, 0 = the camera's
     int eyes = 1;
-    Length ipd; // distance between two eyes; unset = as the camera file or the model's metre gives
+    Length ipd;                // distance between two eyes; unset = as the camera file or the model's metre gives
+    bool sizes_others = false; // width and height count only for cameras that state no size
 };
 
 // Parses a range of frames: "2:5" is frames 2, 3 and 4; either end may be left out. Returns false for anything else,

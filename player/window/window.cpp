@@ -36,7 +36,7 @@ WindowSummary runWindow(const WindowOptions& options, Reporter& log)
     presenter.title = options.play.model.file + " - gsc";
     if (options.play.view.width > 0) {
         presenter.width = options.play.view.width;
-        presenter.height = options.play.view.height;
+        presenter.height = options.play.view.height > 0 ? options.play.view.height : options.play.view.width * 9 / 16;
     }
     presenter.waits_for_display = !options.tears;
     presenter.device = deviceUuid(firstDevice(options.play.devices));

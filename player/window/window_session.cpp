@@ -59,11 +59,16 @@ Value nextOf(const Names& names, Value value)
     return value;
 }
 
-// Returns the cameras of the options as shots in a picture of the window's size, for one or two eyes.
+// Returns the cameras of the options as shots in their own size, for one or two eyes; a camera without a size gets the
+// window's.
 std::vector<Shot> shotsOf(const Scene& scene, const PlayOptions& play, int eyes, const Length& ipd, Reporter& log)
 {
     const ViewChoice view{play.view.width > 0 ? play.view.width : kWindowWidth,
-                          play.view.height > 0 ? play.view.height : kWindowHeight, play.view.fov_x, eyes, ipd};
+                          play.view.height > 0 ? play.view.height : kWindowHeight,
+                          play.view.fov_x,
+                          eyes,
+                          ipd,
+                          true};
     return chooseShots(scene, play.model.file, play.cameras, view, log);
 }
 
@@ -316,7 +321,9 @@ void WindowSession::findTarget(const DrawnPose& drawn)
 void WindowSession::jump(int camera, bool animated)
 {
     m_camera = camera;
-    m_tan_y = std::tan(m_shots[size_t(camera)].camera.fov_y / 2);
+    const Camera& own = m_shots[size_t(camera)].camera;
+    m_tan_x = std::tan(own.fov_x / 2) + std::abs(own.tan_mid_x); // the window looks along the axis
+    m_tan_y = std::tan(own.fov_y / 2) + std::abs(own.tan_mid_y);
     if (animated)
         m_navigator.animateTo(m_shots[size_t(camera)].camera, kCameraSeconds);
     else
@@ -326,7 +333,8 @@ void WindowSession::jump(int camera, bool animated)
 
 void WindowSession::move(double seconds)
 {
-    const NavigationInput motion = m_controls.motion(seconds, std::max(m_input.height, 1u), 2 * std::atan(m_tan_y));
+    const uint32_t width = std::max(eyeWidth(), 1u), height = std::max(m_input.height, 1u);
+    const NavigationInput motion = m_controls.motion(seconds, height, 2 * std::atan(fittedTangent(width, height)));
     const auto any = [](const double(&way)[2]) { return way[0] != 0 || way[1] != 0; };
     const bool by_hand = m_controls.moving() || any(motion.look_pixels) || any(motion.pan_pixels) || motion.scroll != 0;
     m_plays = m_plays && !by_hand;

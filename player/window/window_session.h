@@ -63,6 +63,9 @@ private:
     // false while the window is minimised
     [[nodiscard]] bool hasSize() const { return m_input.width > 0 && m_input.height > 0; }
     [[nodiscard]] bool compares() const { return m_comparison.ready() && m_settings.compare != CompareMode::Off; }
+    [[nodiscard]] uint32_t eyeWidth() const; // pixels
+    // Returns half the height at depth 1 of a picture of this size that shows all of the current camera's picture.
+    [[nodiscard]] double fittedTangent(uint32_t width, uint32_t height) const;
     [[nodiscard]] Camera lens(uint32_t width, uint32_t height) const;
     [[nodiscard]] View view() const;
     [[nodiscard]] AskedPose pose(const View& view) const;
@@ -81,8 +84,9 @@ private:
     Reporter& m_report;
     FrameSource m_source;
     std::vector<Shot> m_shots;
-    double m_ipd = 0;   // distance between two eyes, world units; 0 = two eyes are not possible
-    double m_tan_y = 1; // tangent of half the vertical angle of view
+    double m_ipd = 0; // distance between two eyes, world units; 0 = two eyes are not possible
+    // tangents of half the angles of view of the current camera: half the width and height of its picture at depth 1
+    double m_tan_x = 1, m_tan_y = 1;
     Navigator m_navigator;
     Controls m_controls;
     std::optional<FrameGuard> m_guard; // lowers settings to hold --target-ms; none without that option

@@ -30,6 +30,16 @@ bool WindowSession::View::operator==(const View& other) const
            a.appearance == b.appearance;
 }
 
+double WindowSession::fittedTangent(uint32_t width, uint32_t height) const
+{
+    return std::max(m_tan_y, m_tan_x * height / width);
+}
+
+uint32_t WindowSession::eyeWidth() const
+{
+    return m_settings.two_eyes ? std::max(m_input.width / 2, 1u) : m_input.width;
+}
+
 Camera WindowSession::lens(uint32_t width, uint32_t height) const
 {
     Camera lens = m_shots[size_t(m_camera)].camera;
@@ -40,7 +50,7 @@ Camera WindowSession::lens(uint32_t width, uint32_t height) const
     lens.fov_x = lens.fov_y = 0;
     // set by a focal length in pixels, as a camera file states it, so that the camera file of a screenshot gives the
     // same lens
-    lens.focal_x = lens.focal_y = height / (2 * m_tan_y);
+    lens.focal_x = lens.focal_y = height / (2 * fittedTangent(width, height));
     finishCamera(lens, width, height, 0);
     return lens;
 }
@@ -50,8 +60,7 @@ WindowSession::View WindowSession::view() const
     View view;
     view.width = m_input.width;
     view.height = m_input.height;
-    const uint32_t eye_width = m_settings.two_eyes ? std::max(m_input.width / 2, 1u) : m_input.width;
-    view.camera = m_navigator.camera(lens(eye_width, m_input.height));
+    view.camera = m_navigator.camera(lens(eyeWidth(), m_input.height));
     return view;
 }
 

@@ -204,12 +204,14 @@ OptionHandle addCount(CLI::App& app, const std::string& names, uint64_t& field, 
 }
 
 OptionHandle addImageSize(CLI::App& app, const std::string& names, uint32_t& width, uint32_t& height,
-                          const std::string& placeholder, const std::string& help)
+                          const std::string& placeholder, const std::string& help, bool takes_width)
 {
-    const auto take = [&width, &height](const std::string& name, const std::string& text) {
+    const auto take = [&width, &height, takes_width](const std::string& name, const std::string& text) {
         const auto size = parseImageSize(text);
-        if (!size)
-            detail::failValue(name, text, "no size", "width x height such as 1920x1080, each 1 to 32768");
+        if (!size || (size->height == 0 && !takes_width))
+            detail::failValue(name, text, "no size",
+                              std::string("width x height such as 1920x1080, each 1 to 32768, ") +
+                                  (takes_width ? "a width, " : "") + "or rows such as 1080p");
         width = size->width;
         height = size->height;
     };

@@ -78,9 +78,9 @@ OptionHandle addByteSize(CLI::App& app, const std::string& names, uint64_t& fiel
 // Adds an option that takes a count, such as "20M", from `least` to `most`.
 OptionHandle addCount(CLI::App& app, const std::string& names, uint64_t& field, uint64_t least, uint64_t most,
                       const std::string& placeholder, const std::string& help);
-// Adds an option that takes a size in pixels, such as "1920x1080".
+// Adds an option that takes a size in pixels: "1920x1080", "1080p", or with `takes_width` "1280", whose height is 0.
 OptionHandle addImageSize(CLI::App& app, const std::string& names, uint32_t& width, uint32_t& height,
-                          const std::string& placeholder, const std::string& help);
+                          const std::string& placeholder, const std::string& help, bool takes_width = false);
 
 namespace detail {
 

@@ -106,8 +106,15 @@ std::optional<ImageSize> parseImageSize(std::string_view text)
     };
     const size_t x = text.find_first_of("xX");
     ImageSize size;
-    if (x == std::string_view::npos || !takeSide(text.substr(0, x), size.width) ||
-        !takeSide(text.substr(x + 1), size.height))
+    if (text.ends_with('p')) {
+        if (!takeSide(text.substr(0, text.size() - 1), size.height) || size.height > 18432)
+            return std::nullopt;
+        size.width = (size.height * 16 + 8) / 9 / 2 * 2; // even, as videos need
+        return size;
+    }
+    if (!takeSide(text.substr(0, x), size.width))
+        return std::nullopt;
+    if (x != std::string_view::npos && !takeSide(text.substr(x + 1), size.height))
         return std::nullopt;
     return size;
 }

@@ -16,9 +16,9 @@ std::optional<uint64_t> parseByteSize(std::string_view text);
 std::optional<uint64_t> parseCount(std::string_view text);
 
 struct ImageSize {
-    uint32_t width = 0, height = 0; // width and height, each 1 to 32768 pixels
+    uint32_t width = 0, height = 0; // width and height, each 1 to 32768 pixels; height 0 = only the width was given
 };
-// Parses a size such as "1920x1080". Returns none for any other text.
+// Parses "1920x1080", a width such as "1280", or rows such as "1080p" (1920x1080). Returns none for any other text.
 std::optional<ImageSize> parseImageSize(std::string_view text);
 
 } // namespace gsc

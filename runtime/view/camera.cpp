@@ -186,12 +186,18 @@ void finishCamera(Camera& camera, uint32_t width, uint32_t height, double fov_x)
         camera.tan_mid_x *= std::tan(camera.fov_x / 2);
         camera.tan_mid_y *= std::tan(camera.fov_y / 2);
     }
-    const uint32_t new_width = width > 0 ? width : base_width;
-    const uint32_t new_height = height > 0 ? height : base_height;
-    if (uint64_t(new_width) * base_height != uint64_t(new_height) * base_width) {
-        // pixels keep their shape: a relatively higher picture shows more, a lower one less
-        const double aspect_change = (double(new_height) / new_width) / (double(base_height) / base_width);
-        camera.fov_y = 2 * std::atan(std::tan(camera.fov_y / 2) * aspect_change);
+    const auto scaled = [](uint32_t side, uint32_t to, uint32_t from) {
+        return uint32_t(std::max(1.0, std::round(double(side) * to / from)));
+    };
+    const uint32_t new_width = width > 0 ? width : height > 0 ? scaled(base_width, height, base_height) : base_width;
+    const uint32_t new_height = height > 0 ? height : width > 0 ? scaled(base_height, width, base_width) : base_height;
+    if (width > 0 && height > 0 && uint64_t(new_width) * base_height != uint64_t(new_height) * base_width) {
+        // pixels keep their shape, and the whole of the camera's picture is inside: one axis shows more
+        const double taller = (double(new_height) / new_width) / (double(base_height) / base_width);
+        if (taller > 1 || fov_x > 0)
+            camera.fov_y = 2 * std::atan(std::tan(camera.fov_y / 2) * taller);
+        else
+            camera.fov_x = 2 * std::atan(std::tan(camera.fov_x / 2) / taller);
     }
     camera.width = new_width;
     camera.height = new_height;

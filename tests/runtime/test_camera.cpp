@@ -256,6 +256,26 @@ TEST_CASE("finishCamera keeps pixels square and says what is missing")
         CHECK(std::tan(camera.fov_y / 2) == doctest::Approx(1.0));
         CHECK(std::tan(camera.fov_x / 2) == doctest::Approx(1.0));
     }
+    SUBCASE("a flatter picture shows more on the left and the right, a stated angle holds")
+    {
+        Camera stated = camera;
+        finishCamera(camera, 400, 100, 0);
+        CHECK(std::tan(camera.fov_x / 2) == doctest::Approx(2.0));
+        CHECK(std::tan(camera.fov_y / 2) == doctest::Approx(0.5));
+        finishCamera(stated, 400, 100, std::numbers::pi / 2);
+        CHECK(std::tan(stated.fov_x / 2) == doctest::Approx(1.0));
+        CHECK(std::tan(stated.fov_y / 2) == doctest::Approx(0.25));
+    }
+    SUBCASE("one side gives the other")
+    {
+        const double fov_x = camera.fov_x, fov_y = camera.fov_y = 0.7;
+        finishCamera(camera, 0, 50, 0);
+        CHECK(camera.width == 100);
+        finishCamera(camera, 333, 0, 0);
+        CHECK(camera.height == 167);
+        CHECK(camera.fov_x == fov_x);
+        CHECK(camera.fov_y == fov_y);
+    }
     SUBCASE("a focal length belongs to the file's size, or to the one asked for")
     {
         Camera lens;

@@ -31,11 +31,10 @@ struct Camera {
     double focal_x = 0, focal_y = 0;
 };
 
-// Completes a camera whose file left size or angles open. `width` x `height` in pixels (0 = the camera's own) is the
-// size to render. If its aspect is the camera's, the picture shows the same; otherwise the horizontal angle of view
-// stays, and the picture shows more or less at top and bottom alike. `fov_x` in radians (0 = the camera's own)
-// replaces the horizontal angle; a lens axis off the image's middle stays at the same share of the width and height.
-// Throws Error(Usage) if size or angle remain unknown.
+// Completes a camera whose file left size or angles open. `width` x `height` in pixels is the size to render: 0 for both
+// takes the camera's own, 0 for one keeps its aspect. Pixels keep their shape, and the camera's whole picture is inside: at
+// another aspect one axis shows more, both sides alike. `fov_x` in radians (0 = the camera's own) replaces the horizontal
+// angle, which then holds at any aspect; a lens axis keeps its share of the size. Throws Error(Usage) if any stay unknown.
 void finishCamera(Camera& camera, uint32_t width, uint32_t height, double fov_x);
 
 // Computes the eye as the trainers do: world-to-camera matrix in double, inverted twice, rounded to fp32; projection P
