@@ -85,8 +85,34 @@ void verifyFile(const Checkpoint& checkpoint, const std::string& path, const std
                             "no difference");
 }
 
-ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
+// Returns MODEL.gsc beside the model: the name of a folder, or of a PLY without its ending.
+std::string defaultOutput(const std::string& input)
 {
+    std::error_code ignored;
+    std::filesystem::path path = std::filesystem::weakly_canonical(input, ignored);
+    if (path.filename().empty())
+        path = path.parent_path();
+    if (path.extension() == ".ply")
+        path.replace_extension();
+    return path.string() + ".gsc";
+}
+
+// Throws Error(Usage) for a name that says another kind of file.
+void checkEnding(const std::string& output)
+{
+    const std::string ending = std::filesystem::path(output).extension().string();
+    for (const char* const other : {".ply", ".spz", ".glb", ".sog", ".html", ".nvdb", ".vdb", ".splat"})
+        if (ending == other)
+            throw Error(ErrorCode::Usage, "--output " + output, "names a " + ending + " file", "FILE.gsc",
+                        "convert first; gsc export FILE.gsc -o " + output + " writes such a file of it");
+}
+
+ErrorCode runConvert(const ConvertOptions& given, Reporter& report)
+{
+    ConvertOptions options = given;
+    if (options.write.output.empty())
+        options.write.output = defaultOutput(options.input);
+    checkEnding(options.write.output);
     WriteOptions write_options = options.write;
     write_options.appearance = parseAppearance(options.appearance);
     const std::vector<NamedPath> outputs = outputsOf(options);
@@ -136,7 +162,7 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
 
 void addBakeOptions(CLI::App& command, ConvertOptions& options)
 {
-    addText(command, "-o,--output", options.write.output, "FILE.gsc", "file to write").required();
+    addText(command, "-o,--output", options.write.output, "FILE.gsc (default: MODEL.gsc)", "file to write");
     addFlag(command, "-w,--overwrite", options.write.overwrite, "replace files that exist");
     addText(command, "--report", options.report, "FILE.json",
             "file to write a report to, as JSON; - is standard output");

@@ -8,6 +8,8 @@
 #include <gsc/gsc_file.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <optional>
 
 namespace gsc {
 
@@ -32,6 +34,15 @@ constexpr FormName kForms[] = {{ExportForm::Ply, "ply", "3DGS PLY"},
 const FormName& nameOf(ExportForm form)
 {
     return *std::ranges::find(kForms, form, &FormName::form);
+}
+
+// Returns the form that a file's name says, or none for another ending.
+std::optional<ExportForm> formOf(const std::string& output)
+{
+    const std::string ending = std::filesystem::path(output).extension().string();
+    const auto found =
+        std::ranges::find_if(kForms, [&](const FormName& form) { return ending == std::string(".") + form.name; });
+    return found == std::end(kForms) ? std::nullopt : std::optional(found->form);
 }
 
 struct ExportOptions {
@@ -179,12 +190,25 @@ ErrorCode runExport(const ExportOptions& given, Reporter& report)
 {
     ExportOptions options = given;
     GaussianExportOptions& common = options.gaussians;
-    if (options.page.empty() && options.to == ExportForm::Page)
-        throw Error(ErrorCode::Usage, "--to", "not given", "a form, or --html FILE.html", "see gsc export --help");
     if (options.page.empty() && common.output.empty())
         throw Error(ErrorCode::Usage, "--output", "not given", "-o FILE", "see gsc export --help");
-    if (!options.page.empty())
+    if (options.page.empty()) {
+        const std::optional<ExportForm> named = formOf(common.output);
+        if (options.to == ExportForm::Page) // none was given
+            options.to = named.value_or(ExportForm::Page);
+        if (options.to == ExportForm::Page && named != ExportForm::Page)
+            throw Error(ErrorCode::Usage, "--to", "not given, and the name " + common.output + " says no form",
+                        "an ending such as .ply, or --to", "see gsc export --help");
+        if (named && *named != options.to)
+            throw Error(ErrorCode::Usage, "--output " + common.output,
+                        std::string("is named as ") + nameOf(*named).what + ", and --to says " +
+                            nameOf(options.to).name,
+                        "one form", "leave --to out, or choose another name");
+        if (options.to == ExportForm::Page)
+            options.page = common.output;
+    } else {
         common.output = options.page;
+    }
     refuseIdle(options);
     if (options.spz_version > 0)
         common.spz_version = options.spz_version;
@@ -217,11 +241,11 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
         if (form.form != ExportForm::Page)
             forms.emplace_back(form.name, form.form);
     const OptionHandle to = addChoice<ExportForm>(
-        command, "--to", options->to, forms, "",
+        command, "--to", options->to, forms, "default: the ending of FILE",
         "Gaussians for viewers of 3DGS (ply, spz, glb, sog), or the grids, one per level, for NanoVDB's "
         "or OpenVDB's tools");
-    const OptionHandle output =
-        addText(command, "-o,--output", gaussians.output, "FILE", "file to write; with --lod a folder");
+    const OptionHandle output = addText(command, "-o,--output", gaussians.output, "FILE",
+                                        "file to write, such as room.ply; with --lod a folder");
     addText(command, "--html", options->page, "FILE.html",
             "web page to write instead, which shows the Gaussians in any browser, offline")
         .excludes(to)
@@ -266,11 +290,11 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
                        "cells that hold anchors, in the model's world space.\n"
                        "\n"
                        "examples:\n"
-                       "  gsc export room.gsc --to ply -o room.ply\n"
-                       "  gsc export room.gsc --to spz --sh 1 --max-gaussians 500K -o room.spz\n"
+                       "  gsc export room.gsc -o room.ply\n"
+                       "  gsc export room.gsc --sh 1 --max-gaussians 500K -o room.spz\n"
                        "  gsc export city.gsc --to sog --lod -o city\n"
-                       "  gsc export room.gsc --html room.html\n"
-                       "  gsc export city.gsc --to vdb -o city.vdb");
+                       "  gsc export room.gsc -o room.html\n"
+                       "  gsc export city.gsc -o city.vdb");
     onParsed(command, invocation, options, runExport);
 }
 
