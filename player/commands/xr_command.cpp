@@ -114,7 +114,17 @@ ErrorCode runXrCommand(const XrChoice& choice, Reporter& report)
             report.text(headsetText(facts));
         }
         return ErrorCode::Ok;
+    } catch (const Error& e) {
+        if (!report.json())
+            report.text(headsetText(known, e));
+        throw;
     }
+}
+
+ErrorCode runXrCommand(const XrChoice& choice, Reporter& report)
+{
+    if (choice.info)
+        return tellHeadset(choice.xr, report);
     try {
         const XrSummary summary = runXr(choice.xr, report);
         if (report.json())
@@ -132,6 +142,7 @@ ErrorCode runXrCommand(const XrChoice& choice, Reporter& report)
     window.play.cameras = choice.xr.play.cameras;
     window.play.frame = choice.xr.play.frame;
     window.play.devices = choice.xr.play.devices;
+    window.seconds = choice.xr.seconds;
     const WindowSummary summary = runWindow(window, report);
     if (report.json())
         report.object(windowJson(summary));

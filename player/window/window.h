@@ -17,6 +17,7 @@ struct WindowOptions {
     std::string folder = "."; // takes screenshots and recorded paths
     std::string log;          // path of a log of JSON lines, empty = none; OutputChoice::overwrite applies to it
     bool tears = false;       // pictures are shown without waiting for the display's refresh: sooner, but they may tear
+    double seconds = 0;       // time after which the window closes, seconds; 0 = a person closes it
 };
 
 struct WindowSummary {

@@ -147,7 +147,7 @@ bool WindowSession::step()
     const bool message_ends = !m_overlay.message.empty() && at > m_message_ends;
     const bool panel_ages = m_overlay.panel && at - m_last_show >= kIdleSeconds;
     m_dirty = m_dirty || m_input.exposed || !m_input.events.empty() || message_ends || panel_ages;
-    if (m_input.closed || m_closes)
+    if (m_input.closed || m_closes || (m_options.seconds > 0 && at >= m_options.seconds))
         return false;
     takePanel();
     move(seconds);

@@ -24,7 +24,7 @@ namespace {
 
 constexpr double kExitSeconds = 2; // time that the runtime gets to end an interrupted session
 
-std::unique_ptr<Headset> openHeadset(const XrOptions& options)
+std::unique_ptr<Headset> openHeadset(const XrOptions& options, HeadsetFacts* known = nullptr)
 {
 #ifdef GSC_WITH_XR
     HeadsetOptions headset;
@@ -32,9 +32,10 @@ std::unique_ptr<Headset> openHeadset(const XrOptions& options)
     headset.scale = options.scale;
     headset.stage = options.stage;
     headset.depth = options.depth;
+    headset.known = known;
     return loadModule<HeadsetFunctions>("gsc_headset").open(headset);
 #else
-    (void)options;
+    (void)options, (void)known;
     throw Error(ErrorCode::Unsupported, "headset", "this build has none", "one made with Vulkan and OpenXR",
                 "install libvulkan-dev and libopenxr-dev and build again, or play without a headset");
 #endif
@@ -168,9 +169,9 @@ XrSummary runXr(const XrOptions& options, Reporter& log)
     return summary;
 }
 
-HeadsetFacts headsetFacts(const XrOptions& options, Reporter& log)
+HeadsetFacts headsetFacts(const XrOptions& options, HeadsetFacts& known, Reporter& log)
 {
-    const std::unique_ptr<Headset> headset = openHeadset(options);
+    const std::unique_ptr<Headset> headset = openHeadset(options, &known);
     HeadsetFacts facts = headset->facts();
     if (!facts.tells_mask)
         return facts;
@@ -195,6 +196,7 @@ OrderedJson headsetJson(const HeadsetFacts& facts)
                          {"most", {view.most_width, view.most_height}},
                          {"hidden", view.hidden ? OrderedJson(*view.hidden) : OrderedJson()}});
     return {{"loader", facts.loader},
+            {"vulkan", facts.vulkan},
             {"runtime", facts.runtime},
             {"headset", facts.headset},
             {"gpu", facts.gpu},
@@ -218,8 +220,9 @@ std::string headsetText(const HeadsetFacts& facts)
             text += (text.empty() ? "" : ", ") + word;
         return text.empty() ? std::string("none") : text;
     };
-    std::string text = formatString("loader      %s\nruntime     %s\nheadset     %s\n", facts.loader.c_str(),
-                                    facts.runtime.c_str(), facts.headset.c_str());
+    std::string text =
+        formatString("loader      %s\nvulkan      %s\nruntime     %s\nheadset     %s\n", facts.loader.c_str(),
+                     facts.vulkan.c_str(), facts.runtime.c_str(), facts.headset.c_str());
     text += formatString("gpu         %s, %s\n", facts.gpu.c_str(),
                          facts.draws ? "which draws" : "not the device that draws: pictures go through the host");
     text += formatString("views       %zu, %s\n", facts.views.size(), facts.configuration.c_str());
@@ -233,6 +236,14 @@ std::string headsetText(const HeadsetFacts& facts)
     text += "lens mask   " + maskText(facts) + "\n";
     text += "extensions  " + joined(facts.extensions) + "\n";
     return text;
+}
+
+std::string headsetText(const HeadsetFacts& known, const Error& why)
+{
+    const auto named = [](const std::string& name) { return name.empty() ? "none" : name.c_str(); };
+    return formatString("loader      %s\nvulkan      %s\ngpu         %s\nruntime     %s\nheadset     none: %s\n",
+                        named(known.loader), named(known.vulkan), named(known.gpu), named(known.runtime),
+                        why.found().c_str());
 }
 
 OrderedJson xrJson(const XrSummary& summary)

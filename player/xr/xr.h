@@ -74,10 +74,12 @@ struct HeadsetError : Error {
 // throws them.
 XrSummary runXr(const XrOptions& options, Reporter& log);
 
-// Returns the facts for `--info`, without a session.
-HeadsetFacts headsetFacts(const XrOptions& options, Reporter& log);
+// Returns the facts for `--info`, without a session. Before an error is thrown `known` receives the facts found so far.
+HeadsetFacts headsetFacts(const XrOptions& options, HeadsetFacts& known, Reporter& log);
 OrderedJson headsetJson(const HeadsetFacts& facts); // schemas/xr-info.schema.json describes it
 std::string headsetText(const HeadsetFacts& facts);
+// Describes what is there though the headset cannot be opened for the reason `why`.
+std::string headsetText(const HeadsetFacts& known, const Error& why);
 
 OrderedJson xrJson(const XrSummary& summary); // schemas/xr-report.schema.json describes it
 std::string xrText(const XrSummary& summary);

@@ -17,7 +17,7 @@ struct ModuleEntry {
 
 // Identifies the interface between a program and its modules. Raise the number with every change of data that passes
 // between them; the compiler's version is part of it, too.
-#define GSC_MODULE_VERSION GSC_VERSION ", interface 5, compiler " __VERSION__
+#define GSC_MODULE_VERSION GSC_VERSION ", interface 6, compiler " __VERSION__
 
 // Exports a module's functions; stands in one source file of the module. `functions` is a struct of function pointers
 // that program and module know.

@@ -19,10 +19,12 @@ import sys
 import time
 import unittest
 
-import xr_case
-from xr_case import Run, environment
-from xr_pictures import PictureTest
-from xr_player import BACKEND, DEVICES, FAR_AWAY, HZ, MANIFEST, PLAY, SECONDS, XrCase, check_schema
+sys.path.append(str(pathlib.Path(__file__).parents[1] / "player"))
+import window_case  # noqa: E402
+import xr_case  # noqa: E402
+from xr_case import Run, environment  # noqa: E402
+from xr_pictures import PictureTest  # noqa: E402
+from xr_player import BACKEND, DEVICES, FAR_AWAY, HZ, MANIFEST, PLAY, SECONDS, XrCase, check_schema  # noqa: E402
 
 
 class XrTest(PictureTest):
@@ -211,6 +213,25 @@ class XrTest(PictureTest):
         done = self.ended("../room.gsc", "--fallback", "window", settings=None)  # and there is no display either
         self.assertEqual(done.returncode, 5)
         self.assertRegex(done.stderr, r"warning: headset: .*; a window is opened instead.*\n(.*\n)*error: display: ")
+
+    @unittest.skipIf(window_case.missing(), window_case.missing())
+    def test_fallback_holds_the_seconds(self) -> None:
+        display = window_case.Display(self.folder / "display")
+        self.addCleanup(display.close)
+        done = subprocess.run([str(PLAY), "xr", "../room.gsc", "--fallback", "window", "--seconds", "1", *BACKEND, "--format", "json"],
+                              cwd=self.folder, capture_output=True, text=True, timeout=xr_case.SECONDS, check=False,
+                              env={**window_case.environment(display.name), "XR_RUNTIME_JSON": "/nonexistent.json"})
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertGreaterEqual(json.loads(done.stdout)["seconds"], 1)
+
+    def test_info_without_a_headset(self) -> None:
+        for settings, runtime, why in ((None, "none", "no OpenXR runtime answers"),
+                                       (self.settings(system=False), "gsc fake runtime.*", "the OpenXR runtime finds none")):
+            done = self.ended("--info", settings=settings)
+            self.assertEqual(done.returncode, 5, done.stderr)
+            self.assertRegex(done.stdout, rf"loader +libopenxr_loader\S+\nvulkan +\d+\.\d+\.\d+, libvulkan\S+\ngpu +llvmpipe.*\n"
+                                          rf"runtime +{runtime}\nheadset +none: {why}")
+            self.assertRegex(done.stderr, f"error: headset: {why}")
 
     def test_interrupted(self) -> None:
         settings = self.settings(clock="real", hz=HZ)

@@ -18,12 +18,15 @@
 
 namespace gsc {
 
+struct HeadsetFacts;
+
 struct HeadsetOptions {
     std::optional<DeviceUuid> device; // GPU that draws the pictures; none = any
     double scale = 1;                 // factor on the recommended width and height of pictures
     // true: the space is OpenXR's STAGE, whose floor is at height 0; false: LOCAL, whose eyes are at height 0
     bool stage = false;
-    bool depth = false; // submit depths with the pictures, if the runtime takes them
+    bool depth = false;            // submit depths with the pictures, if the runtime takes them
+    HeadsetFacts* known = nullptr; // where open() puts the facts found so far before it throws; null: nowhere
 };
 
 struct HeadsetView {
@@ -34,8 +37,9 @@ struct HeadsetView {
 };
 
 struct HeadsetFacts {
-    // names for reports; those of the loader and the runtime include the version
-    std::string loader, runtime, headset, gpu;
+    // names for reports; those of the loaders and the runtime include the version. Without a runtime that answers, `gpu`
+    // is the one that Vulkan finds.
+    std::string loader, vulkan, runtime, headset, gpu;
     bool draws = false; // the headset's GPU is HeadsetOptions::device and shares memory with the program that draws
     std::string configuration; // kind of views: "stereo", "mono" or "quad"
     std::vector<HeadsetView> views;

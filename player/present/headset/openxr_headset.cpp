@@ -45,6 +45,8 @@ public:
             m_masks = std::make_unique<XrMasks>(m_runtime, m_session);
             listFormats();
         } catch (...) {
+            if (options.known != nullptr)
+                *options.known = m_runtime.facts;
             destroy();
             throw;
         }

@@ -35,15 +35,38 @@ std::string versionText(XrVersion version)
                         unsigned(XR_VERSION_PATCH(version)));
 }
 
-// Returns the path of the loaded OpenXR loader, whose file name ends in its version.
-std::string loaderName()
+// Returns the file name, which ends in the version, of the library that `function` is in.
+std::string libraryOf(const void* function)
 {
     Dl_info info{};
-    if (dladdr(reinterpret_cast<const void*>(&xrCreateInstance), &info) == 0 || info.dli_fname == nullptr)
+    if (dladdr(function, &info) == 0 || info.dli_fname == nullptr)
         return "unknown";
     std::error_code error;
     const std::filesystem::path file = std::filesystem::canonical(info.dli_fname, error);
     return (error ? std::filesystem::path(info.dli_fname) : file).filename().string();
+}
+
+std::string vulkanName()
+{
+    uint32_t version = VK_API_VERSION_1_0;
+    vkEnumerateInstanceVersion(&version);
+    return formatString("%u.%u.%u, %s", VK_API_VERSION_MAJOR(version), VK_API_VERSION_MINOR(version),
+                        VK_API_VERSION_PATCH(version),
+                        libraryOf(reinterpret_cast<const void*>(&vkCreateInstance)).c_str());
+}
+
+// Name of the GPU that Vulkan finds without a headset, or the reason why there is none.
+std::string gpuOfVulkan(const std::optional<DeviceUuid>& uuid)
+{
+    try {
+        VulkanDeviceOptions options;
+        options.uuid = uuid;
+        VulkanDevice device(options);
+        device.open(VK_NULL_HANDLE);
+        return device.name;
+    } catch (const Error& e) {
+        return "none: " + e.found();
+    }
 }
 
 uint32_t scaled(uint32_t size, uint32_t most, double scale)
@@ -56,7 +79,8 @@ uint32_t scaled(uint32_t size, uint32_t most, double scale)
 XrRuntime::XrRuntime(const HeadsetOptions& options)
 {
     setenv("XR_LOADER_DEBUG", "none", 0); // silent: the errors below say what the loader would print
-    facts.loader = loaderName();
+    facts.loader = libraryOf(reinterpret_cast<const void*>(&xrCreateInstance));
+    facts.vulkan = vulkanName();
     try {
         makeInstance(options.depth);
         findHeadset();
@@ -66,6 +90,10 @@ XrRuntime::XrRuntime(const HeadsetOptions& options)
         device.reset();
         if (instance != XR_NULL_HANDLE)
             xrDestroyInstance(instance);
+        if (options.known != nullptr) {
+            facts.gpu = gpuOfVulkan(options.device);
+            *options.known = facts;
+        }
         throw;
     }
 }
