@@ -19,8 +19,10 @@ constexpr const char* kXrExamples = R"(examples:
       list OpenXR's runtime, the headset and its views, and tell whether the
       headset's GPU is the one that draws
   gsc-play xr city.gsc --keep-place --fallback window
-      the viewer starts at the first camera; where it was left is stored in
-      city.gsc.place.json
+      where the viewer was left is stored in city.gsc.place.json, and is where
+      the next session starts
+  gsc-play xr city.gsc --start table
+      the city as a model on a table; a grip with both hands makes it larger
   gsc-play xr city.gsc --cameras flight.json --ride --target-ms 9 \
       --log log.jsonl
       carried along a path; levels fall while frames take longer
@@ -50,9 +52,15 @@ void addXrOptions(CLI::App& app, XrChoice& choice)
               "factor of the picture width and height that the runtime recommends; larger is sharper and slower")
         .rare();
     addChoice<bool>(app, "--xr-space", options.stage, {{"local", false}, {"stage", true}}, "default: local",
-                    "place of the first camera: local: at the viewer's eyes when the session starts; stage: 1.6 m "
-                    "above the floor of the room")
+                    "height of the start: local: the viewer's eyes when the session starts; stage: 1.6 m above the "
+                    "floor of the room")
         .rare();
+    addChoice<StartPlace>(
+        app, "--start", options.start,
+        {{"ground", StartPlace::Ground}, {"camera", StartPlace::Camera}, {"table", StartPlace::Table}},
+        "default: what shows most of the model",
+        "where the viewer starts: standing where the first camera looks; at the first camera, head level; or before "
+        "the whole model, a metre wide");
     addNumber(app, "--metre", options.metre, {0, 1e12, true}, " world units", "UNITS (default: the model's)",
               "length of a metre of the viewer's body in world units; a larger one makes the model look smaller")
         .rare();
@@ -88,7 +96,7 @@ void checkXrOptions(const CLI::App& app, const XrChoice& choice)
     if (choice.info) {
         for (const char* option :
              {"FILE", "--fallback", "--ride", "--ride-fps", "--keep-place", "--xr-sync", "--xr-late", "--seconds",
-              "--log", "--overwrite", "--metre", "--cameras", "--target-ms", "--first-picture"})
+              "--log", "--overwrite", "--metre", "--cameras", "--target-ms", "--first-picture", "--start"})
             checkEffect(app, option, false, "no --info");
         return;
     }
@@ -98,14 +106,16 @@ void checkXrOptions(const CLI::App& app, const XrChoice& choice)
     checkWorkerOptions(app, options.play);
     checkEffect(app, "--overwrite", !options.log.empty(), "--log");
     checkEffect(app, "--ride-fps", options.rides, "--ride");
-    if (options.rides)
-        checkEffect(app, "--keep-place", false, "a viewer who moves by hand, without --ride");
+    for (const char* option : {"--keep-place", "--start"})
+        if (options.rides)
+            checkEffect(app, option, false, "a viewer who moves by hand, without --ride");
 }
 
-ErrorCode runXrCommand(const XrChoice& choice, Reporter& report)
+ErrorCode tellHeadset(const XrOptions& options, Reporter& report)
 {
-    if (choice.info) {
-        const HeadsetFacts facts = headsetFacts(choice.xr, report);
+    HeadsetFacts known;
+    try {
+        const HeadsetFacts facts = headsetFacts(options, known, report);
         if (report.json()) {
             OrderedJson json = {{"schema", "gsc.xr-info/1"}};
             json.update(headsetJson(facts));

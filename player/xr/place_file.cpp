@@ -47,7 +47,7 @@ std::optional<Placement> readPlace(const std::string& model)
     object.checkKeys({"schema", "position", "right", "up", "backward", "scale"});
     if (object.text("schema") != kSchema)
         throw Error(ErrorCode::InvalidFile, path, formatString("schema is \"%s\"", object.text("schema").c_str()),
-                    formatString("\"%s\"", kSchema), "delete the file to start from the first camera");
+                    formatString("\"%s\"", kSchema), "delete the file to start without it");
     double v[3];
     object.vector3("position", v);
     const glm::dvec3 origin(v[0], v[1], v[2]);
@@ -58,7 +58,7 @@ std::optional<Placement> readPlace(const std::string& model)
     }
     if (!Placement::isPlace(origin, axes))
         throw Error(ErrorCode::InvalidFile, path, "right, up and backward are no rotation",
-                    "three unit vectors at right angles", "delete the file to start from the first camera");
+                    "three unit vectors at right angles", "delete the file to start without it");
     return Placement(origin, axes, object.positive("scale"));
 }
 

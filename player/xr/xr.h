@@ -4,6 +4,7 @@
 
 #include "player/options/play_options.h"
 #include "player/present/headset/headset.h"
+#include "player/xr/start.h"
 #include "runtime/records/report_parts.h"
 #include "runtime/cli/json.h"
 #include "runtime/cli/reporter.h"
@@ -19,8 +20,9 @@ namespace gsc {
 struct XrOptions {
     PlayOptions play; // options of drawing; the picture size and the outputs are not used
     double scale = 1; // factor on the recommended width and height of pictures
-    // true: the first camera is at the eyes of a standing viewer; false: it is where the eyes are at the start
+    // true: the eyes start as those of a standing viewer; false: where they are when the session begins
     bool stage = false;
+    StartPlace start = StartPlace::Most;
     double metre = 0;         // world units in a metre, 0 = as the model states
     bool rides = false;       // the viewer is carried along the cameras
     double ride_fps = 72;     // cameras per second while the viewer is carried

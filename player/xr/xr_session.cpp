@@ -19,8 +19,9 @@ namespace gsc {
 namespace {
 
 constexpr auto kIdle = std::chrono::milliseconds(10);
-constexpr double kLagShare = 0.1; // weight of the newest picture in the running mean m_lag
-constexpr double kMostLag = 3;    // largest m_lag in refreshes; a pose predicted further ahead is a guess
+constexpr auto kStartWait = std::chrono::seconds(5); // longest time for measuring the start
+constexpr double kLagShare = 0.1;                    // weight of the newest picture in the running mean m_lag
+constexpr double kMostLag = 3; // largest m_lag in refreshes; a pose predicted further ahead is a guess
 
 std::vector<Shot> shotsOf(const Scene& scene, const PlayOptions& play, Reporter& log)
 {
@@ -86,8 +87,8 @@ double beganToThere(const DrawnViews& drawn)
 XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scene, Headset& headset, Reporter& log)
     : m_options(options), m_scene(std::move(scene)), m_headset(headset), m_report(log),
       m_shots(shotsOf(*m_scene, options.play, log)), m_metre(metreOf(*m_scene, options)),
-      m_floor(eyeHeight() - kEyeHeight), m_place(startPlace()), m_hands(m_place, m_floor),
-      m_frame_options(frameOptions(*m_scene, options.play.frame)), m_lenses(headset, log),
+      m_floor(eyeHeight() - kEyeHeight), m_place(m_shots.front().camera, upOf(m_shots), m_metre, eyeHeight()),
+      m_hands(m_place, m_floor), m_frame_options(frameOptions(*m_scene, options.play.frame)), m_lenses(headset, log),
       m_source(m_scene, options.play.model, options.play.devices, headset, options.waits, headset.facts().views.size(),
                log)
 {
@@ -96,10 +97,8 @@ XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scen
         for (const Shot& shot : m_shots)
             cameras.push_back(shot.camera);
         m_ride.emplace(std::move(cameras), options.ride_fps, upOf(m_shots), m_metre, eyeHeight());
-    } else if (options.keeps_place) {
-        if (const std::optional<Placement> kept = readPlace(options.play.model.file))
-            m_place =
-                raised({kept->origin(), kept->axes(), options.metre > 0 ? options.metre : kept->scale()}, -eyeHeight());
+    } else {
+        start();
     }
     m_guard = checkedGuard(*m_scene, options.play.model.file, options.play.frame,
                            {m_source.drawsDetail(options.play.frame), true});
@@ -117,9 +116,52 @@ XrSession::~XrSession()
         m_late->stop();
 }
 
-Placement XrSession::startPlace() const
+void XrSession::start()
 {
-    return {m_shots.front().camera, upOf(m_shots), m_metre, eyeHeight()};
+    const std::optional<Placement> kept = m_options.keeps_place ? readPlace(m_options.play.model.file) : std::nullopt;
+    const Start start = chooseStart(m_options.start, m_scene->view(), m_shots.front(), upOf(m_shots), m_metre,
+                                    [this](const Shot& shot, uint32_t eyes) { return drawDepths(shot, eyes); });
+    if (m_options.start == StartPlace::Ground && start.place != StartPlace::Ground)
+        m_report.warning("--start ground: no ground was found in the middle of the first camera's picture; the viewer "
+                         "starts at the camera");
+    std::string text = startText(start);
+    if (m_options.start == StartPlace::Most && !start.shown[size_t(StartPlace::Table)]) // the last one to be measured
+        text += formatString("; not all starts were drawn in %lld s, --start chooses one",
+                             static_cast<long long>(kStartWait.count()));
+    m_report.tell(kept ? formatString("starts where the viewer was left; the menu button goes back to the start, %s",
+                                      startWords(start.place))
+                       : text);
+    m_place = raised(start.eyes, -eyeHeight());
+    m_hands = Hands(m_place, m_floor);
+    if (kept)
+        m_place =
+            raised({kept->origin(), kept->axes(), m_options.metre > 0 ? m_options.metre : kept->scale()}, -eyeHeight());
+}
+
+// Draws before the session's first frame. Empty if no picture comes in time: a device may hang or be slow.
+EyeDepths XrSession::drawDepths(const Shot& shot, uint32_t eyes)
+{
+    FrameOptions options = m_frame_options;
+    options.detail = options.foveation.smallest = 0; // without what later frames would find kept from this one
+    options.reuse = {};
+    AskedViews views; // its frame is 0, which is never shown
+    AskedPose& pose = views.pairs.emplace_back();
+    pose.shot = shot;
+    pose.eyes = eyes;
+    pose.wants_depth = true;
+    EyeDepths depths;
+    for (bool asked = false; !interrupted() && Clock::now() - m_start < kStartWait;) {
+        asked = (asked && m_source.waiting()) || m_source.submit(views, options);
+        const std::optional<DrawnViews> drawn = m_source.next(std::chrono::milliseconds(100));
+        if (!drawn)
+            continue;
+        for (uint32_t e = 0; e < eyes; ++e) {
+            const float* const from = drawn->pairs.front().delivery.eyes[e].depth;
+            depths[e].assign(from, from + size_t(shot.camera.width) * shot.camera.height);
+        }
+        break;
+    }
+    return depths;
 }
 
 void XrSession::requestExit()

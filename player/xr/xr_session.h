@@ -32,16 +32,16 @@ public:
 
 private:
     using Clock = std::chrono::steady_clock;
-    static constexpr double kEyeHeight = 1.6; // eyes of a standing viewer, metres above the floor
 
     void frame();
     void move(const HeadsetFrame& frame, const HeadsetInput& input);
     void ask(const HeadsetFrame& frame, XrFrame& line);
     void take(XrFrame& line);
     void forgetPictures(); // drops pictures, finished or not, that show another place or are too old
-    // height of the first camera's eyes above the space's origin, metres
+    // height of the start's eyes above the space's origin, metres
     [[nodiscard]] double eyeHeight() const { return m_options.stage ? kEyeHeight : 0; }
-    [[nodiscard]] Placement startPlace() const;
+    void start(); // puts the viewer at the start
+    EyeDepths drawDepths(const Shot& shot, uint32_t eyes);
 
     XrOptions m_options;
     std::shared_ptr<const Scene> m_scene;

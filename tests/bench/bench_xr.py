@@ -83,7 +83,7 @@ def run(play: str, city: str, manifest: str, folder: pathlib.Path, name: str, pa
     path = json.loads(cameras.read_text())
     frames = len(path["frames"])
     seconds = SECONDS[name] if name in SECONDS else frames / path["fps"]
-    way = ["--frames", "0:1"] if name == "turn" else ["--ride", "--ride-fps", f"{frames / seconds:.3f}"]
+    way = ["--frames", "0:1", "--start", "camera"] if name == "turn" else ["--ride", "--ride-fps", f"{frames / seconds:.3f}"]
     (folder / "settings.json").write_text(json.dumps(settings))
     log = folder / f"{name}.jsonl"
     subprocess.run([play, "xr", city, "--cameras", str(cameras), *way, "--seconds", str(seconds), "--log", str(log), "-w", "-q", *options],

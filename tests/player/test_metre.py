@@ -190,8 +190,8 @@ class MetreTest(unittest.TestCase):
                 settings = folder / "settings.json"
                 settings.write_text(json.dumps({"views": xr_case.canted(96, 88), "head": xr_case.moving_head(1),
                                                 "log": str(folder / "fake.jsonl"), "events": [{"frame": 5, "do": "exit"}]}))
-                run = subprocess.run([PLAY, "xr", f"../{model}.gsc", "--backend", xr_case.BACKEND, "--xr-sync", "--log",
-                                      "log.jsonl", "-w"], cwd=folder, capture_output=True, text=True, check=False, timeout=600,
+                run = subprocess.run([PLAY, "xr", f"../{model}.gsc", "--backend", xr_case.BACKEND, "--xr-sync", "--start",
+                                      "camera", "--log", "log.jsonl", "-w"], cwd=folder, capture_output=True, text=True, check=False, timeout=600,
                                      env=xr_case.environment(MANIFEST, settings))
                 self.assertEqual(run.returncode, 0, run.stderr)
                 log = [json.loads(line) for line in (folder / "log.jsonl").read_text().splitlines()]

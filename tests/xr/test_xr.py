@@ -24,6 +24,7 @@ import window_case  # noqa: E402
 import xr_case  # noqa: E402
 from xr_case import Run, environment  # noqa: E402
 from xr_pictures import PictureTest  # noqa: E402
+from xr_start import XrStartTest  # noqa: E402, F401
 from xr_player import BACKEND, DEVICES, FAR_AWAY, HZ, MANIFEST, PLAY, SECONDS, XrCase, check_schema  # noqa: E402
 
 
@@ -294,6 +295,7 @@ class XrTest(PictureTest):
     def test_stuck_renderer(self) -> None:
         run = self.slow(2, "--inject", FAR_AWAY, backend=DEVICES)
         self.assertEqual(sum(line["fresh"] for line in run.log), 0)
+        self.assertIn("starts at the first camera; not all starts were drawn", run.err)
         self.assertEqual(run.events[-2:], ["EXITING", "instance_destroyed"])
 
     def test_lost_renderer(self) -> None:
