@@ -84,13 +84,13 @@ ErrorCode runSweep(const BenchOptions& options, Reporter& report)
 {
     bool first = true;
     sweep(options, report, [&](const RunRow& row) {
-        report.endProgress(false);
         const std::string text =
             report.json() ? jsonText(toJson(row), -1) : (first ? runTableHeader() : "") + runTableLine(row);
         isStandardOutput(options.out) ? report.tell(text) : report.text(text);
         report.flush();
         first = false;
     });
+    report.endProgress(false);
     return ErrorCode::Ok;
 }
 

@@ -35,12 +35,14 @@ FramePictures ExactImages::render(size_t shot)
     return images;
 }
 
-void ExactImages::keepAll()
+void ExactImages::keepAll(const StepDone& done)
 {
     std::vector<FramePictures> kept(m_path.shots.size());
-    for (size_t i = 0; i < kept.size(); ++i)
+    for (size_t i = 0; i < kept.size(); ++i) {
         if (m_score.scores(i))
             kept[i] = render(i);
+        done(i + 1);
+    }
     m_kept = std::move(kept);
 }
 

@@ -9,11 +9,15 @@
 #include <gsc/renderer.h>
 #include <gsc/scene.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 namespace gsc {
+
+// Called after each step of a measurement, with the number of steps so far.
+using StepDone = std::function<void(uint64_t done)>;
 
 // Makes a FrameLoop draw a frame into `images`; null leaves it on the device.
 FrameLoop::Prepare drawsInto(const FramePictures* images);
@@ -28,8 +32,8 @@ public:
     // Bytes of all images of a path.
     static uint64_t bytes(const Path& path, const ScoreOptions& score);
 
-    // Draws and keeps all images; the renderer is not used afterwards.
-    void keepAll();
+    // Draws and keeps all images; the renderer is not used afterwards. Calls `done` after each shot.
+    void keepAll(const StepDone& done = [](uint64_t) {});
 
     // Images of a shot, drawn now unless kept. Valid until the next call. Precondition: the frame is scored; unless images
     // are kept, `renderer` is not the measured one, whose caches this would disturb.

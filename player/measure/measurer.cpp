@@ -73,14 +73,15 @@ Renderer& Measurer::reference(const std::string& name, const std::string& measur
 
 // Exact images of a path. A renderer on the host draws its own. On a GPU a second renderer does, because the memory that tier
 // exact takes would stay and count as the run's.
-ExactImages& Measurer::exactImages(const Path& path, const std::string& measured, const FrameOptions& frame)
+ExactImages& Measurer::exactImages(const ExactOf& of, const FrameOptions& frame, const StepDone& done)
 {
-    const std::string name = referenceOf(measured);
-    if (m_exact && m_exact_path == &path && m_exact_reference == name && m_exact_measured == measured)
+    const auto& [shown, name, measured] = of;
+    const Path& path = *shown;
+    if (m_exact && m_exact_of == of)
         return *m_exact;
     m_exact.reset(); // frees its memory for the next images
-    if (m_exact_measured != measured)
-        m_renderers.erase({m_exact_reference, true});
+    if (m_exact_of.measured != measured)
+        m_renderers.erase({m_exact_of.reference, true});
     const uint64_t bytes = ExactImages::bytes(path, m_score);
     const DeviceId scoring = renderer(measured).id();
     const bool on_host = renderer(measured).onHost(); // asked first: below, the measured renderer may be closed
@@ -95,7 +96,7 @@ ExactImages& Measurer::exactImages(const Path& path, const std::string& measured
         memory = memoryFor(scoring, on_host, drawing);
     auto exact = std::make_unique<ExactImages>(*m_scene, path, frame, m_score, drawing, std::move(memory));
     if (kept)
-        exact->keepAll();
+        exact->keepAll(done);
     else
         m_log.warning(formatString("%s: its exact images take %.1f GiB, too much to keep, and are rendered again for "
                                    "every run",
@@ -103,16 +104,35 @@ ExactImages& Measurer::exactImages(const Path& path, const std::string& measured
     if (kept && !own && !leavesRoom(drawing))
         m_renderers.erase({name, true});
     m_exact = std::move(exact);
-    m_exact_path = &path;
-    m_exact_reference = name;
-    m_exact_measured = measured;
+    m_exact_of = of;
     return *m_exact;
 }
 
-RunResult Measurer::run(const Path& path, const std::string& name, const FrameOptions& frame, const FrameDone& done)
+// Steps of runs that follow each other: exact images are drawn once for all runs in a row that need the same.
+uint64_t Measurer::stepsOf(std::span<const Planned> runs) const
 {
-    ExactImages& exact = exactImages(path, name, frame);
-    return measureRun(*m_scene, path, frame, renderer(name), exact, m_score, done);
+    uint64_t steps = 0;
+    ExactOf drawn = m_exact ? m_exact_of : ExactOf();
+    for (const Planned& run : runs) {
+        const uint64_t frames = run.path->shots.size();
+        const ExactOf exact = exactOf(run);
+        steps += frames * kStepsOfFrame + (exact == drawn ? 0 : frames);
+        drawn = exact;
+    }
+    return steps;
+}
+
+RunResult Measurer::run(std::span<const Planned> planned, const FrameOptions& frame)
+{
+    const Planned& run = planned.front();
+    const uint64_t before = m_steps, total = before + stepsOf(planned);
+    const uint64_t exact_drawn = before + stepsOf(planned.first(1)) - run.path->shots.size() * kStepsOfFrame;
+    const auto progressFrom = [&](uint64_t first) {
+        return [this, first, total](uint64_t steps) { m_log.progress("render", m_steps = first + steps, total); };
+    };
+    progressFrom(before)(0); // the time of loading the model counts too
+    ExactImages& exact = exactImages(exactOf(run), frame, progressFrom(before));
+    return measureRun(*m_scene, *run.path, frame, renderer(run.backend), exact, m_score, progressFrom(exact_drawn));
 }
 
 } // namespace gsc

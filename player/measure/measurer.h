@@ -8,6 +8,7 @@
 
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 
 namespace gsc {
@@ -23,14 +24,29 @@ public:
     std::string deviceOf(const std::string& backend); // name of its device
     [[nodiscard]] std::string referenceOf(const std::string& backend) const;
 
-    // Calls measureRun(). `path` must stay alive until a run with another path.
-    RunResult run(const Path& path, const std::string& backend, const FrameOptions& frame, const FrameDone& done);
+    struct Planned {
+        const Path* path; // must stay alive until a run with another path
+        std::string backend;
+    };
+    // Calls measureRun() for the first of `planned`, and shows progress; the others are the runs that are to follow.
+    RunResult run(std::span<const Planned> planned, const FrameOptions& frame);
 
 private:
     using Name = std::pair<std::string, bool>; // name of a backend; true: its second renderer, for exact images
     Renderer& renderer(const std::string& name, bool second = false);
     Renderer& reference(const std::string& name, const std::string& measured);
-    ExactImages& exactImages(const Path& path, const std::string& measured, const FrameOptions& frame);
+    // Path of exact images, backend that draws them and backend that they are compared with.
+    struct ExactOf {
+        const Path* path = nullptr;
+        std::string reference, measured;
+        bool operator==(const ExactOf&) const = default;
+    };
+    [[nodiscard]] ExactOf exactOf(const Planned& run) const
+    {
+        return {run.path, referenceOf(run.backend), run.backend};
+    }
+    ExactImages& exactImages(const ExactOf& of, const FrameOptions& frame, const StepDone& done);
+    [[nodiscard]] uint64_t stepsOf(std::span<const Planned> runs) const;
 
     std::shared_ptr<const Scene> m_scene;
     ModelChoice m_model;
@@ -40,10 +56,9 @@ private:
     Reporter& m_log;
     std::map<Name, std::unique_ptr<Renderer>> m_renderers;
 
-    // the exact images in memory, with their path, the backend that draws them and the backend that they are compared with
-    const Path* m_exact_path = nullptr;
-    std::string m_exact_reference, m_exact_measured;
-    std::unique_ptr<ExactImages> m_exact;
+    ExactOf m_exact_of;
+    std::unique_ptr<ExactImages> m_exact; // those in memory
+    uint64_t m_steps = 0;                 // steps of all runs so far
 };
 
 } // namespace gsc

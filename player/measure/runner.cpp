@@ -84,7 +84,7 @@ namespace {
 class Run {
 public:
     Run(const Scene& scene, const Path& path, const FrameOptions& frame, Renderer& renderer, ExactImages& exact,
-        const ScoreOptions& score, const FrameDone& done)
+        const ScoreOptions& score, const StepDone& done)
         : m_path(path), m_frame(frame), m_renderer(renderer),
           m_loop(scene, path.shots, path.eye_count, frame, renderer), m_exact(exact), m_score(score), m_done(done),
           m_place(scorePlace(renderer)), m_scorer(score, std::move(m_place.scorer))
@@ -105,13 +105,18 @@ public:
     }
 
 private:
+    void step() { m_done(++m_steps); }
+
     TimedFrame draw(size_t shot, const FramePictures* images) { return m_loop.draw(shot, drawsInto(images)); }
 
     void time(RunResult& run)
     {
         m_loop.run(
             m_path.shots.size(), 1, [](size_t frame) { return frame; }, nullptr,
-            [&run](size_t, LoopFrame&, const TimedFrame& timed) { run.frames.push_back(timed); });
+            [&](size_t, LoopFrame&, const TimedFrame& timed) {
+                run.frames.push_back(timed);
+                step();
+            });
     }
 
     // Times a block of frames, then scores it. All frames are drawn into one picture, as in a player, and copied to be scored.
@@ -125,6 +130,7 @@ private:
             if (current.width != shot.camera.width || current.height != shot.camera.height)
                 current = takePictures(*m_place.memory, shot, m_path.eye_count);
             run.frames.push_back(draw(i, &current));
+            step();
             if (m_score.scores(i)) {
                 FramePictures& copy = drawn[i % block] = takePictures(*m_place.memory, shot, m_path.eye_count);
                 for (uint32_t e = 0; e < m_path.eye_count; ++e)
@@ -133,7 +139,7 @@ private:
             for (size_t k = i / block * block; k <= i && (i + 1 == frames || (i + 1) % block == 0); ++k) {
                 if (m_score.scores(k))
                     scoreShot(k, std::exchange(drawn[k % block], {}));
-                m_done(k + 1);
+                step();
             }
         }
     }
@@ -151,7 +157,7 @@ private:
             } else if (all) {
                 (void)draw(i, nullptr);
             }
-            m_done(i + 1);
+            step();
         }
     }
 
@@ -174,7 +180,8 @@ private:
     FrameLoop m_loop;
     ExactImages& m_exact;
     const ScoreOptions& m_score;
-    const FrameDone& m_done;
+    const StepDone& m_done;
+    uint64_t m_steps = 0;
     ScorePlace m_place;
     Scorer m_scorer;
 };
@@ -182,7 +189,7 @@ private:
 } // namespace
 
 RunResult measureRun(const Scene& scene, const Path& path, const FrameOptions& frame, Renderer& renderer,
-                     ExactImages& exact, const ScoreOptions& score, const FrameDone& done)
+                     ExactImages& exact, const ScoreOptions& score, const StepDone& done)
 {
     return Run(scene, path, frame, renderer, exact, score, done).result();
 }

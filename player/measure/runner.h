@@ -4,7 +4,6 @@
 
 #include "player/measure/exact_images.h"
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,9 +12,6 @@ namespace gsc {
 
 // Throws Error(Usage) if no frame of the path would be scored. `what` names the option, or the file and its key.
 void checkScored(const ScoreOptions& score, const Path& path, const std::string& what);
-
-// Called after each frame, with the number of frames so far.
-using FrameDone = std::function<void(uint64_t done)>;
 
 // Times of all frames, and accuracy of the scored ones.
 struct RunResult {
@@ -48,10 +44,13 @@ std::shared_ptr<PictureMemory> memoryToKeep(uint64_t bytes, const DeviceId& scor
                                             const Renderer& drawing);
 bool mayKeepOnHost(uint64_t bytes); // true up to an eighth of the memory that this process may use
 
+// Steps of a run for each frame: it is drawn and timed, then drawn again, scored or left out.
+constexpr uint64_t kStepsOfFrame = 2;
+
 // Draws the frames in order, after dropCaches(); times leave out scoring. A renderer on the host draws a block of frames,
 // then scores them, because its images are on the host anyway. Any other renderer is timed with its images left on the
 // device, then draws the path again for the scores. Throws Error (Interrupted, OutOfMemory, Device).
 RunResult measureRun(const Scene& scene, const Path& path, const FrameOptions& frame, Renderer& renderer,
-                     ExactImages& exact, const ScoreOptions& score, const FrameDone& done);
+                     ExactImages& exact, const ScoreOptions& score, const StepDone& done);
 
 } // namespace gsc

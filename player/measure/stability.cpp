@@ -194,12 +194,14 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
 
     const std::vector<uint64_t> shards = blockShards(lengths, std::max<uint64_t>(1, shard.count));
     std::vector<size_t> own;
-    uint64_t total = 0, before = 0;
+    std::vector<Measurer::Planned> planned; // those of `own` without a row
     for (size_t i = 0; i < paths.size(); ++i)
         if (!shard.isGiven() || shards[i] + 1 == shard.index) {
             own.push_back(i);
-            total += lengths[i];
+            if (!rows || !rows->find(i))
+                planned.push_back({&paths[i], summary.backend});
         }
+    std::span<const Measurer::Planned> to_come = planned;
     std::map<std::string, std::vector<std::string>>
         without_path; // warnings of detail, given once for all trajectories with one reason
     for (const size_t i : own) {
@@ -215,8 +217,8 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
             ++summary.rows_before;
         } else {
             log.progressPart(paths[i].name);
-            const RunResult result = measurer.run(paths[i], summary.backend, frameOptions(*scene, runOn(paths[i])),
-                                                  [&](uint64_t done) { log.progress("render", before + done, total); });
+            const RunResult result = measurer.run(to_come, frameOptions(*scene, runOn(paths[i])));
+            to_come = to_come.subspan(1);
             RunRow& row = summary.rows.emplace_back(runRow(context, configs[i], summary.backend, result));
             row.stability = StabilityFacts{judge(options, result)};
             new_warnings.addTo(warnings[i]);
@@ -226,7 +228,6 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
                 row.shard = rows->factsOf(i);
             }
         }
-        before += lengths[i];
     }
     return summary;
 }

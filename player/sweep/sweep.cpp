@@ -27,6 +27,7 @@
 #include <numeric>
 #include <optional>
 #include <set>
+#include <span>
 
 namespace gsc {
 
@@ -131,6 +132,8 @@ public:
 
     void runAll(const std::function<void(const RunRow&)>& show)
     {
+        for (const Task& task : m_tasks)
+            m_planned.push_back({task.path, task.run->backend});
         for (const Task& task : m_tasks) {
             const Path& path = *task.path;
             m_log.progressPart(formatString("run %zu/%zu %s", m_runs_done + 1, m_tasks.size(), path.name.c_str()));
@@ -140,7 +143,6 @@ public:
                 if (e.code() != ErrorCode::Unsupported)
                     throw;
                 m_log.warning(formatString("left out: %s", warningText(e).c_str()));
-                m_frames_done += path.shots.size();
             }
             ++m_runs_done;
         }
@@ -190,10 +192,8 @@ private:
             }
         const std::vector<uint64_t> shards = sweepShards(m_config, m_runs, frames, std::max<uint64_t>(1, shard.count));
         for (size_t i = 0; i < tasks.size(); ++i)
-            if (frames[i] > 0 && (!shard.isGiven() || shards[i] + 1 == shard.index)) {
+            if (frames[i] > 0 && (!shard.isGiven() || shards[i] + 1 == shard.index))
                 m_tasks.push_back(tasks[i]);
-                m_total += frames[i];
-            }
         if (!shard.isGiven())
             return;
         m_given_shard = shard.text();
@@ -237,16 +237,12 @@ private:
             run.match_budget = false;
         }
         const RowConfig config = rowConfig(m_context, path, run);
-        const uint64_t frames = path.shots.size();
         if (const RunRow* row = known(config, run.backend)) {
             ++m_found;
-            m_frames_done += frames;
             return m_shard && !m_rows.hasTask(task.number) ? appended(*row, task) : *row;
         }
         const FrameOptions frame = frameOptions(*m_scene, run);
-        const RunResult result = m_measurer->run(
-            path, run.backend, frame, [&](uint64_t done) { m_log.progress("render", m_frames_done + done, m_total); });
-        m_frames_done += frames;
+        const RunResult result = m_measurer->run(std::span(m_planned).subspan(m_runs_done), frame);
         RunRow row = runRow(m_context, config, run.backend, result);
         row.warnings = warningsOf(path);
         m_new_warnings.addTo(row.warnings);
@@ -283,10 +279,10 @@ private:
     std::vector<std::vector<std::string>> m_path_warnings; // a list for each path
     std::unique_ptr<Measurer> m_measurer;
     std::vector<RunConfig> m_runs;
-    std::vector<Task> m_tasks;         // tasks of this shard
-    std::optional<ShardFacts> m_shard; // facts for its rows; none = the sweep is not split
+    std::vector<Task> m_tasks;                // tasks of this shard
+    std::vector<Measurer::Planned> m_planned; // the same
+    std::optional<ShardFacts> m_shard;        // facts for its rows; none = the sweep is not split
     std::string m_given_shard;
-    uint64_t m_total = 0, m_frames_done = 0; // frames
     size_t m_runs_done = 0, m_found = 0;
 };
 

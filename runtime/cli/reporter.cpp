@@ -59,15 +59,21 @@ Reporter::Reporter(const ReporterOptions& options)
     : m_options(options), m_progress(options.quiet ? ProgressMode::None : options.progress)
 {
     const char* no_color = std::getenv("NO_COLOR"); // no-color.org: any value but the empty string
+    m_shows_result = isatty(STDOUT_FILENO);
     m_color = !options.no_color && !(no_color && *no_color) && isatty(STDERR_FILENO);
 }
 
 void Reporter::text(const std::string& text)
 {
     const std::string valid = validUtf8(text); // messages quote names of files, which may hold any bytes
+    const std::lock_guard lock(m_saying);
+    if (m_shows_result)
+        m_progress.clearBar();
     std::fwrite(valid.data(), 1, valid.size(), stdout);
     if (text.empty() || text.back() != '\n')
         std::fputc('\n', stdout);
+    if (m_shows_result)
+        std::fflush(stdout); // before the bar is drawn again
 }
 
 void Reporter::object(const OrderedJson& json)
@@ -78,7 +84,7 @@ void Reporter::object(const OrderedJson& json)
 void Reporter::line(const char* level, const char* color, const std::string& message)
 {
     const std::lock_guard lock(m_saying);
-    m_progress.breakLine();
+    m_progress.clearBar();
     if (m_options.progress == ProgressMode::Json) {
         std::fprintf(stderr, "%s\n", jsonText({{"event", level}, {"message", message}}, -1).c_str());
         return;
@@ -120,7 +126,7 @@ void Reporter::tell(const std::string& message)
 
 void Reporter::done(const std::string& what)
 {
-    m_progress.close(false);
+    endProgress(false);
     if (m_options.quiet)
         return;
     if (m_options.progress == ProgressMode::Json)
@@ -138,11 +144,19 @@ void Reporter::done(const std::string& what)
 
 void Reporter::progress(const char* stage, uint64_t finished, uint64_t total)
 {
+    const std::lock_guard lock(m_saying);
     m_progress.update(stage, finished, total);
+}
+
+void Reporter::progressPart(const std::string& part)
+{
+    const std::lock_guard lock(m_saying);
+    m_progress.setPart(part);
 }
 
 void Reporter::endProgress(bool failed)
 {
+    const std::lock_guard lock(m_saying);
     m_progress.close(failed);
 }
 

@@ -55,7 +55,7 @@ public:
 
     void progress(const char* stage, uint64_t finished, uint64_t total);
     // Sets a text that is shown beside the stage, such as "run 3/12"; empty = none.
-    void progressPart(const std::string& part) { m_progress.setPart(part); }
+    void progressPart(const std::string& part);
     void endProgress(bool failed);
 
     // Returns all warnings so far for the report, also those that -q hid. Call it when no thread warns any more.
@@ -69,7 +69,7 @@ private:
 
     ReporterOptions m_options;
     StageProgress m_progress;
-    bool m_color = false;
+    bool m_color = false, m_shows_result = false; // m_shows_result: stdout is a terminal, perhaps that of the bar
     std::mutex m_saying;
     std::vector<std::string> m_warnings;
 };

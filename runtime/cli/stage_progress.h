@@ -15,12 +15,12 @@ public:
     explicit StageProgress(ProgressMode mode); // Auto means Bar if stderr is a terminal, else Plain
 
     // Reports that `finished` of `total` steps of a stage are done; total = 0: not known. A new `stage` ends the one
-    // before. May be called often: it prints at most ten times a second (bar), at each tenth (JSON), or at each tenth
-    // but at most once a second (plain).
+    // before. May be called often: it prints at most ten times a second (bar), or at each tenth and each minute (JSON, and
+    // plain but at most once a second).
     void update(const char* stage, uint64_t finished, uint64_t total);
     void close(bool failed);
     void setPart(const std::string& part) { m_part = part; }
-    void breakLine(); // call before something else is printed to stderr; the stage goes on
+    void clearBar(); // call before something else is printed to the terminal; the stage goes on
 
     [[nodiscard]] double seconds() const; // seconds since the StageProgress was made
 
@@ -28,8 +28,9 @@ private:
     using Clock = std::chrono::steady_clock;
 
     [[nodiscard]] std::string shownStage() const { return m_part.empty() ? m_stage : m_stage + ", " + m_part; }
-    void drawBar(uint64_t finished, uint64_t total);
-    void printEvent(const char* event, uint64_t finished, uint64_t total) const;
+    [[nodiscard]] double secondsLeft() const; // time until the stage ends; negative: not known
+    void drawBar(const std::string& end);
+    void printEvent(const char* event) const;
 
     ProgressMode m_mode;
     Clock::time_point m_start;
@@ -37,9 +38,12 @@ private:
     Clock::time_point m_last_draw;
     std::string m_stage; // name of the current stage; empty = none
     std::string m_part;
-    uint64_t m_finished = 0, m_total = 0;
-    uint64_t m_tenth = 0; // tenth of the stage that was printed last
+    uint64_t m_first = 0, m_finished = 0, m_total = 0; // steps; m_first: those done when the stage began
+    uint64_t m_tenth = 0;                              // tenth of the stage that was printed last
     size_t m_bar_width = 0;
 };
+
+// Time in words: "40 s", "12 min", "3 h 20 min".
+std::string roughTime(double seconds);
 
 } // namespace gsc

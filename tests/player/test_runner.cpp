@@ -123,7 +123,9 @@ TEST_CASE("a renderer on the host: one pass, cold, exact images kept from before
     const Path path = greyPath(3);
     GreyRenderer backend(true);
     ExactImages exact(scene, path, reusing(), {}, backend);
-    exact.keepAll();
+    uint64_t kept = 0;
+    exact.keepAll([&](uint64_t shots) { kept = shots; });
+    CHECK(kept == 3);
     REQUIRE(backend.calls.size() == 3);
     for (const GreyRenderer::Call& call : backend.calls) {
         CHECK(call.options.tier == Tier::Exact);
@@ -138,7 +140,7 @@ TEST_CASE("a renderer on the host: one pass, cold, exact images kept from before
         backend.calls.clear();
         done.clear();
         checkGreyRun(
-            measureRun(scene, path, reusing(), backend, exact, {}, [&](uint64_t frames) { done.push_back(frames); }));
+            measureRun(scene, path, reusing(), backend, exact, {}, [&](uint64_t steps) { done.push_back(steps); }));
         CHECK(backend.drops == again + 1);
         REQUIRE(backend.calls.size() == 3);
         CHECK(backend.calls[2].has_images);
@@ -147,7 +149,7 @@ TEST_CASE("a renderer on the host: one pass, cold, exact images kept from before
         CHECK(backend.calls[2].options.lod_fade == 0.5f);
         CHECK(backend.calls[2].options.lod_hysteresis == 0.25f);
         CHECK(backend.calls[2].x == doctest::Approx(0.2));
-        CHECK(done == std::vector<uint64_t>{1, 2, 3});
+        CHECK(done == std::vector<uint64_t>{1, 2, 3, 4, 5, 6}); // each frame is drawn, then scored
     }
 }
 
@@ -245,10 +247,10 @@ TEST_CASE("every third frame from the second on is scored, all are timed, and wh
             GreyRenderer backend(on_host), other(true);
             ExactImages exact(scene, path, options, score, other);
             std::vector<uint64_t> done;
-            const RunResult run = measureRun(scene, path, options, backend, exact, score,
-                                             [&](uint64_t frames) { done.push_back(frames); });
+            const RunResult run =
+                measureRun(scene, path, options, backend, exact, score, [&](uint64_t steps) { done.push_back(steps); });
             CHECK(run.frames.size() == 8);
-            CHECK(done.size() == 8);
+            CHECK(done.size() == kStepsOfFrame * 8);
             CHECK(other.calls.size() == 3);
             const Accuracy& a = run.accuracy;
             CHECK(a.images == 3);

@@ -350,8 +350,32 @@ class SweepTest(unittest.TestCase):
             self.assertIn(word, header)
         self.assertRegex(none, r"^walk +cpu +none .* identical +identical +identical")
         self.assertIn("depth 4 lin", depth)
-        self.assertIn("render, run 2/2 walk: done", run.stderr)
+        self.assertEqual(run.stderr.count("done in"), 1, run.stderr)  # one clock for all runs
         self.assertFalse(self.out.exists())
+
+    def test_progress(self) -> None:
+        """One stage over all runs: exact images once a path, then each frame drawn and scored. Runs in the file are none."""
+        self.write(axes={"policy": ["none", "error"]})
+        command = ("bench", self.model, "--sweep", self.config, "--out", self.out, "--backend", "cpu", "--progress", "json")
+
+        def steps(*arguments) -> int:
+            events = [json.loads(line) for line in self.play(*arguments).stderr.splitlines()]
+            check_schema("progress-event", *events)
+            stages = [event for event in events if "stage" in event]
+            self.assertEqual([e["event"] for e in stages if e["event"] != "progress"], ["start", "done"] if stages else [])
+            if not stages:
+                return 0
+            self.assertEqual((stages[0]["done"], stages[-1]["done"]), (0, stages[-1]["total"]))
+            return stages[-1]["total"]
+
+        self.assertEqual(steps(*command), 5 * 6 + 5 * 8)
+        lines = self.out.read_text().splitlines(keepends=True)
+        self.assertEqual(steps(*command), 0)
+        self.out.write_text(lines[0])
+        self.assertEqual(steps(*command), 3 * 6 + 5 * 8)
+        files = ("--trajectories", "c/paths/first.json", "c/paths/second.json")
+        base = ("stability", self.model, "--backend", "cpu", "--size", "48x32", "--progress", "json", *files)
+        self.assertEqual(steps(*base), 3 * 6 + 3 * 8)
 
     def test_refusals(self) -> None:
         self.write(axes={"policy": ["none", "some"]})

@@ -9,6 +9,8 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <thread>
 
 using namespace gsc;
 
@@ -92,6 +94,59 @@ TEST_CASE("progress on a terminal is a bar that is redrawn, not one for every st
     CHECK(text.substr(text.rfind('\r')).starts_with("\rwrite [######..............]  30 %"));
     CHECK(countOf(text, "\n") == 2);
     CHECK(text.ends_with("s\n"));
+}
+
+TEST_CASE("a log tells what is left, by the rate since the stage began: what was done before took no time")
+{
+    const auto leftOf = [](ProgressMode mode) {
+        std::string printed;
+        CHECK(test::inChild(
+                  [mode] {
+                      StageProgress progress(mode);
+                      progress.update("render", 80, 100);
+                      std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+                      progress.setPart("run 9/10");
+                      progress.update("render", 90, 100);
+                      progress.close(false);
+                      return 0;
+                  },
+                  &printed) == 0);
+        return printed;
+    };
+    CHECK(leftOf(ProgressMode::Plain) == "render, run 9/10: 90 %, 1 s left\nrender: done in 1.1 s\n");
+    CHECK(leftOf(ProgressMode::Bar).find(" 90 %  1.1 s  1 s left  [peak") != std::string::npos);
+    CHECK(countOf(leftOf(ProgressMode::Json), "\"leftMs\":11") == 1);
+}
+
+TEST_CASE("time that is left is told in words of two digits or so")
+{
+    CHECK(roughTime(0.4) == "0 s");
+    CHECK(roughTime(99.4) == "99 s");
+    CHECK(roughTime(99.6) == "2 min");
+    CHECK(roughTime(99.4 * 60) == "99 min");
+    CHECK(roughTime(3600 * 2 + 5 * 60) == "2 h 05 min");
+}
+
+TEST_CASE("a message clears the bar that it stands before")
+{
+    std::string printed;
+    CHECK(test::inChild(
+              [] {
+                  Reporter report({.progress = ProgressMode::Bar, .no_color = true});
+                  report.progress("scan", 1, 2);
+                  report.warning("odd");
+                  report.progress("scan", 2, 2);
+                  report.tell("so");
+                  report.endProgress(false);
+                  return 0;
+              },
+              &printed) == 0);
+    const size_t bar = printed.find("\rscan ["), clear = printed.find('\r', bar + 1);
+    const size_t width = clear - bar - 1;
+    CHECK(printed.substr(clear, width + 2) == "\r" + std::string(width, ' ') + "\r");
+    CHECK(printed.substr(clear + width + 2).starts_with("warning: odd\n\rscan [####"));
+    CHECK(printed.find(" \rso\n") != std::string::npos);
+    CHECK(countOf(printed, "\n") == 3);
 }
 
 TEST_CASE("an error's parts are told apart")
