@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gsc/error.h>
 #include "runtime/cpu/renderer_cpu.h"
+#include "runtime/devices/graphics_card.h"
 #include <gsc/renderer.h>
 #if defined(GSC_HAVE_CUDA)
 #include "runtime/cuda/picture_cuda.h"
@@ -15,7 +16,8 @@ namespace {
 
 struct Entry {
     const char* name;
-    int (*count)(); // function that returns the number of devices
+    int (*count)();     // function that returns the number of devices that can be used
+    bool (*is_there)(); // true if the machine has such a device, usable or not
     DeviceInfo (*look)(int ordinal);
     std::unique_ptr<Renderer> (*make)(int ordinal, const RendererOptions& options);
 };
@@ -23,6 +25,11 @@ struct Entry {
 int one()
 {
     return 1;
+}
+
+bool always()
+{
+    return true;
 }
 
 DeviceInfo allCores(int)
@@ -38,11 +45,12 @@ DeviceInfo oneCore(int)
 // Backends of this build, the best first. A new backend is added here, under the macro that says that it was built.
 constexpr Entry kEntries[] = {
 #if defined(GSC_HAVE_CUDA)
-    {"cuda", cudaDeviceCount, lookAtCudaDevice, makeCudaRenderer},
+    {"cuda", cudaDeviceCount, [] { return hasGraphicsCard(kNvidia); }, lookAtCudaDevice, makeCudaRenderer},
 #endif
-    {"cpu", one, allCores,
+    {"cpu", one, always, allCores,
      [](int, const RendererOptions& options) { return makeCpuRenderer(CpuPath::Fast, options.threads); }},
-    {"cpu-reference", one, oneCore, [](int, const RendererOptions&) { return makeCpuRenderer(CpuPath::Reference, 1); }},
+    {"cpu-reference", one, always, oneCore,
+     [](int, const RendererOptions&) { return makeCpuRenderer(CpuPath::Reference, 1); }},
 };
 
 Error unusable(const DeviceInfo& device)
@@ -50,9 +58,12 @@ Error unusable(const DeviceInfo& device)
     return device.fault->about("backend " + deviceText(device.id));
 }
 
-std::string passedOver(const DeviceInfo& device)
+// Calls passOver() with a device that "auto" cannot use. A machine without such a device has no fault to tell.
+template <typename PassOver>
+void passOverDevice(const Entry& entry, const DeviceInfo& device, const PassOver& passOver)
 {
-    return formatString("backend %s is passed over: %s", deviceText(device.id).c_str(), device.text.c_str());
+    if (entry.is_there() || entry.count() > 0)
+        passOver(formatString("backend %s is passed over: %s", deviceText(device.id).c_str(), device.text.c_str()));
 }
 
 } // namespace
@@ -72,7 +83,7 @@ DeviceId bestDevice(const DeviceId& asked, const std::function<void(const std::s
         if (found.usable)
             return found.id;
         if (passOver)
-            passOver(passedOver(found));
+            passOverDevice(entry, found, passOver);
     }
     return asked;
 }
@@ -157,7 +168,7 @@ std::unique_ptr<Renderer> makeRenderer(const DeviceId& device, const RendererOpt
         if (found.usable)
             return entry.make(device.ordinal, options);
         if (any && warning != nullptr)
-            *warning = passedOver(found);
+            passOverDevice(entry, found, [warning](const std::string& why) { *warning = why; });
     }
     throw unusable(found);
 }

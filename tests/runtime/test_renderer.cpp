@@ -4,12 +4,16 @@
 #include "kernels/present/pixel.h"
 #include "runtime/cpu/frame_thread.h"
 #include "runtime/devices/device_fallback.h"
+#include "runtime/devices/graphics_card.h"
 #include "tests/backends/reuse_scene.h"
+#include "tests/support/temporary_folder.h"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <limits>
 #include <semaphore>
 
@@ -183,6 +187,24 @@ TEST_CASE("submit does not wait, a wait may end before the frame, and what drawi
     (void)thread.submit(request);
     thread.clear();
     CHECK_THROWS_WITH_AS(thread.wait(3, result, ever), doctest::Contains("not in flight"), Error);
+}
+
+TEST_CASE("a graphics card is a PCI device of a vendor and of the class of displays")
+{
+    const test::TemporaryFolder folder;
+    const auto add = [&](const char* name, const char* vendor, const char* what) {
+        std::filesystem::create_directory(folder.path() / name);
+        std::ofstream(folder.path() / name / "vendor") << vendor << "\n";
+        std::ofstream(folder.path() / name / "class") << what << "\n";
+    };
+    const auto found = [&] { return hasGraphicsCard(kNvidia, folder.path().string()); };
+    CHECK_FALSE(hasGraphicsCard(kNvidia, (folder.path() / "none").string()));
+    add("0000:00:00.0", "0x8086", "0x030000"); // graphics of another vendor
+    add("0000:00:01.0", "0x10de", "0x040300"); // sound
+    std::filesystem::create_directory(folder.path() / "0000:00:02.0");
+    CHECK_FALSE(found());
+    add("0000:00:03.0", "0x10de", "0x030200"); // a GPU without a screen
+    CHECK(found());
 }
 
 TEST_CASE("a device has one name; the CPU does what a better device cannot, where the choice is left open")

@@ -45,8 +45,8 @@ std::string deviceLink(const DeviceId& from, const DeviceId& to);
 std::vector<DeviceInfo> devices();
 
 // Returns the best device that this machine can run, if the backend of `asked` is "auto"; its ordinal is used for each
-// backend. `passOver` is called with each device that is passed over, and the reason. Returns `asked` itself
-// otherwise, and if no device can be used: makeRenderer() then says why.
+// backend. `passOver` is called with each device that is passed over, and the reason; a kind of device that the machine
+// does not have is none. Returns `asked` itself otherwise, and if no device can be used: makeRenderer() then says why.
 DeviceId bestDevice(const DeviceId& asked, const std::function<void(const std::string&)>& passOver = {});
 
 // Starts a device, or the best one for "auto", which takes some tenths of a second for a GPU and which makeRenderer()
