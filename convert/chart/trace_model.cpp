@@ -102,9 +102,41 @@ double endOf(const ChartTrace& trace)
     return end;
 }
 
+// Times from which and until which each worker drew, ready and started: [[from, until], ...] for each worker.
+std::vector<TraceJson> spansOf(const ChartTrace& trace, double end)
+{
+    struct State {
+        bool started = false, ready = false, draws = false;
+        double since = 0;
+    };
+    std::vector<State> states(trace.workers.size());
+    std::vector<TraceJson> spans(trace.workers.size(), TraceJson::array());
+    const auto close = [&](size_t worker, double time) {
+        if (states[worker].draws)
+            spans[worker].push_back(TraceJson::array({rounded(states[worker].since), rounded(time)}));
+    };
+    for (const ServiceTraceReport::Event& event : trace.events) {
+        if (event.worker < 0 || size_t(event.worker) >= states.size())
+            continue;
+        State& state = states[size_t(event.worker)];
+        state.started = event.kind == "start" || (state.started && event.kind != "stop");
+        state.ready = event.kind == "ready" || (state.ready && event.kind != "retire");
+        const bool draws = state.started && state.ready;
+        if (draws == state.draws)
+            continue;
+        close(size_t(event.worker), event.time);
+        state.draws = draws;
+        state.since = event.time;
+    }
+    for (size_t worker = 0; worker < states.size(); ++worker)
+        close(worker, end);
+    return spans;
+}
+
 TraceJson workersJson(const ChartTrace& trace, double seconds)
 {
     TraceJson list = TraceJson::array();
+    const std::vector<TraceJson> spans = spansOf(trace, seconds);
     for (const ServiceTraceReport::Worker& worker : trace.workers) {
         TraceJson stages = TraceJson::array();
         for (const double ms : worker.stage_ms)
@@ -120,6 +152,7 @@ TraceJson workersJson(const ChartTrace& trace, double seconds)
                         {"busy_s", rounded(1e-3 * worker.busy_ms)},
                         {"busy_share", seconds > 0 ? rounded(1e-3 * worker.busy_ms / seconds) : TraceJson()},
                         {"load_ms", rounded(worker.load_ms)},
+                        {"spans", spans[list.size()]},
                         {"stage_s", std::move(stages)},
                         {"untold_s", rounded(1e-3 * std::max(0.0, worker.busy_ms - told))},
                         {"last_fault", worker.last_fault}});

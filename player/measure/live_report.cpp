@@ -3,7 +3,21 @@
 #include "player/devices/make_service_trace.h"
 #include "player/devices/worker_report.h"
 
+#include <algorithm>
+
 namespace gsc {
+
+namespace {
+
+// Device of a worker, with the worker's number where another has the same.
+std::string workerText(const std::vector<WorkerStats>& workers, size_t index)
+{
+    const DeviceId& device = workers[index].device;
+    const bool alone = std::ranges::count(workers, device, &WorkerStats::device) == 1;
+    return alone ? deviceText(device) : std::to_string(index) + ": " + deviceText(device);
+}
+
+} // namespace
 
 ServiceTraceReport liveTrace(const LiveOptions& options, const LiveSummary& summary)
 {
@@ -37,8 +51,7 @@ std::string liveReportText(const LiveOptions& options, const LiveSummary& summar
     for (const TraceEvent& event : summary.trace.events) {
         if (++lines > kMostEvents)
             break;
-        const std::string who =
-            event.worker < 0 ? "" : " " + deviceText(summary.service.workers[size_t(event.worker)].device);
+        const std::string who = event.worker < 0 ? "" : " " + workerText(summary.service.workers, size_t(event.worker));
         text += formatString("%8.3f s  %s%s", std::chrono::duration<double>(event.at).count(),
                              traceEventName(event.kind), who.c_str());
         text += event.cause.empty() ? "\n" : ": " + event.cause + "\n";

@@ -154,11 +154,25 @@ TEST_CASE("the model of a trace: distribution, shares, times")
     CHECK(worker["busy_share"].get<double>() == doctest::Approx(3 / 10.5).epsilon(1e-4));
     CHECK(worker["untold_s"] == 0.9);
     CHECK(worker["stage_s"][5] == 0.6);
+    CHECK(worker["spans"].empty()); // never ready
+    CHECK(panel["workers"][0]["spans"].dump() == "[[0.5,4]]");
 
     const auto& nothing = model["panels"][1];
     CHECK(nothing["distribution"].is_null());
     CHECK(nothing["workers"].empty());
     CHECK(nothing["verdict"] == "0 of 0 poses shown.");
+}
+
+TEST_CASE("a worker's bars end where it stops, fails or the run is over")
+{
+    ChartTrace trace = longTrace();
+    trace.events = {{0, "start", 0, "", 0, 0}, {0, "ready", 1, "", 0, 0},        {1, "ready", 0, "", 0, 1},
+                    {2, "start", 1, "", 0, 2}, {3, "stop", 1, "", 0, 1},         {4, "start", 1, "", 0, 2},
+                    {5, "start", 1, "", 0, 2}, {6, "retire", 0, "broken", 0, 1}, {7, "return", 0, "", 0, 1},
+                    {8, "ready", 0, "", 0, 2}, {9, "stop", 7, "", 0, 2}};
+    const auto workers = traceModel({trace})["panels"][0]["workers"];
+    CHECK(workers[0]["spans"].dump() == "[[1,6],[8,10.5]]");
+    CHECK(workers[1]["spans"].dump() == "[[2,3],[4,10.5]]");
 }
 
 TEST_CASE("poses are thinned, and far latencies counted apart")
@@ -211,7 +225,8 @@ TEST_CASE("figures of traces, of one that did nothing too")
         for (const char* wrong : {"NaN", "Infinity", "undefined", "<script", "dominant-baseline"})
             CHECK_MESSAGE(file.bytes.find(wrong) == file.bytes.npos, wrong);
     }
-    for (const char* words : {">retired after a fault<", ">limits of the rate<", ">another plan<", ">expired<"})
+    for (const char* words : {">retired after a fault<", ">limits of the rate<", ">another plan<", ">expired<",
+                              ">workers, while they draw<", ">cuda:1<"})
         CHECK_MESSAGE(files[1].bytes.find(words) != std::string::npos, words);
     CHECK(files[3].bytes.find(">p95 95.0<") != std::string::npos);
     CHECK(files[5].bytes.find(">1,000 parts, 3.00 ms each<") != std::string::npos);

@@ -30,22 +30,44 @@ var gscFigures = (function () {
     return {name: name, nameLocation: 'end', nameGap: 15, nameTextStyle: {align: 'left', padding: [0, 0, 0, -56], fontWeight: 'bold'}};
   }
 
-  // Marks at starts, stops and faults of workers, as high as the number of workers at that time.
-  function eventSeries(panel, theme, grid) {
+  // Marks at starts, stops and faults of workers, as high as `heightOf` an event.
+  function eventSeries(panel, theme, grid, heightOf) {
     return Object.keys(EVENTS).map(function (kind) {
       var look = EVENTS[kind];
       var hits = panel.events.filter(function (event) { return event.kind === kind; });
       return {
         type: 'scatter', name: look.name, xAxisIndex: grid, yAxisIndex: grid, symbol: look.symbol, symbolSize: 9, z: 5, clip: false,
         itemStyle: {color: parts.colorOf(theme, look.color), borderColor: theme.back, borderWidth: 1, opacity: 1},
-        data: hits.map(function (event) { return {value: [event.time, event.workers], event: event}; })
+        data: hits.map(function (event) { return {value: [event.time, heightOf(event)], event: event}; })
       };
     }).filter(function (series) { return series.data.length > 0; });
   }
 
+  // A bar for each worker while it draws. Its name has its number only where devices have one name.
+  function laneSeries(panel, theme, grid) {
+    var color = parts.colorOf(theme, WORKERS);
+    return panel.workers.map(function (worker, lane) {
+      var data = [];
+      worker.spans.forEach(function (span) { data.push([span[0], lane], [span[1], lane], [span[1], null]); });
+      return {
+        type: 'line', name: 'worker ' + worker.index, xAxisIndex: grid, yAxisIndex: grid, showSymbol: false, symbol: 'none', z: 3, clip: false,
+        lineStyle: {color: color, width: 7, opacity: 0.45, cap: 'butt'}, itemStyle: {color: color}, data: data
+      };
+    });
+  }
+  function laneAxis(panel, theme, grid) {
+    var devices = panel.workers.map(function (worker) { return worker.device; });
+    var alike = devices.some(function (device, index) { return devices.indexOf(device) !== index; });
+    return parts.axis(theme, parts.merged(nameAbove('workers, while they draw'), {
+      type: 'category', gridIndex: grid, inverse: true, nameLocation: 'start', axisTick: {show: false}, splitLine: {show: false},
+      data: panel.workers.map(function (worker) { return (alike ? worker.index + ': ' : '') + (worker.device || 'no device'); })
+    }));
+  }
+
   function overTimeFigure(panel, theme, options) {
     var head = parts.base(theme, options), option = head.option, strips = [0, 1, 2];
-    var events = eventSeries(panel, theme, 1);
+    var whole = !panel.events_cut && panel.workers.length > 0; // else nothing tells when each worker drew
+    var events = eventSeries(panel, theme, 1, function (event) { return whole ? event.worker : event.workers; });
     var ends = ENDS.filter(function (end) { return panel.poses[end.key].length > 0; });
     var limits = panel.min_fps !== null || panel.max_fps !== null;
     var plans = panel.events.filter(function (event) { return event.kind === 'plan'; });
@@ -56,9 +78,12 @@ var gscFigures = (function () {
     if (plans.length) entries.push({name: 'another plan', icon: 'path://M0 0H13H0ZM0 12H13H0ZM5 0H7V5H5ZM5 7H7V12H5Z', itemStyle: {color: theme.dim}});
     var key = parts.legend(theme, options.width, entries, head.top, {itemWidth: 12, itemHeight: 11, selectedMode: false});
     var strip = 120, gap = 48, top = head.top + key.height + 28, end = panel.end > 0 ? panel.end : 1;
+    var heights = [strip, whole ? Math.min(Math.max(24 * panel.workers.length, 48), 360) : strip, strip], tops = [top];
+    tops.push(tops[0] + heights[0] + gap);
+    tops.push(tops[1] + heights[1] + gap);
     var step = parts.valueScale([0, end], Math.max(4, Math.floor(options.width / 90)), true);
     option.legend = key.option;
-    option.grid = strips.map(function (index) { return {left: 66, right: 34, top: top + index * (strip + gap), height: strip}; });
+    option.grid = strips.map(function (index) { return {left: 66, right: 34, top: tops[index], height: heights[index]}; });
     option.xAxis = strips.map(function (index) {
       var last = index === 2;
       return parts.valueAxis(theme, {type: 'value', min: 0, max: end, interval: step.interval}, {
@@ -73,7 +98,7 @@ var gscFigures = (function () {
     var latency = parts.valueScale(ms.length ? ms.map(function (value) { return Math.max(value, 0.01); }) : [1], 4, false);
     option.yAxis = [
       parts.valueAxis(theme, parts.valueScale(fps.length ? fps : [1], 3, true), parts.merged(nameAbove('pictures a second'), {gridIndex: 0})),
-      parts.axis(theme, parts.merged(nameAbove('workers that draw'), {type: 'value', gridIndex: 1, min: 0, max: most, minInterval: 1, splitNumber: 3})),
+      whole ? laneAxis(panel, theme, 1) : parts.axis(theme, parts.merged(nameAbove('workers that draw'), {type: 'value', gridIndex: 1, min: 0, max: most, minInterval: 1, splitNumber: 3})),
       parts.valueAxis(theme, latency, parts.merged(nameAbove('ms from submitted to the end'), {gridIndex: 2}))
     ];
     function steps(name, index, column, look, fill) {
@@ -90,13 +115,8 @@ var gscFigures = (function () {
       label: {show: false},
       data: [panel.min_fps, panel.max_fps].filter(function (limit) { return limit !== null; }).map(function (limit) { return {yAxis: limit}; })
     };
-    var workers = steps('workers', 1, 2, WORKERS, true);
-    if (!panel.events_cut && panel.events.length) { // exact in time, from the events
-      workers.step = 'end';
-      workers.data = [[0, 0]].concat(panel.events.map(function (event) { return [event.time, event.workers]; }),
-        [[end, panel.events[panel.events.length - 1].workers]]);
-    }
-    workers.markLine = {
+    var workers = whole ? laneSeries(panel, theme, 1) : [steps('workers', 1, 2, WORKERS, true)];
+    workers[0].markLine = {
       symbol: 'none', silent: true, animation: false, lineStyle: {color: theme.dim, type: 'dashed', width: 1}, label: {show: false},
       data: plans.map(function (event) { return {xAxis: event.time}; })
     };
@@ -107,7 +127,7 @@ var gscFigures = (function () {
         data: list.map(function (pose) { return {value: [pose[0], Math.min(Math.max(pose[1], latency.min), latency.max)], end: name, ms: pose[1]}; })
       };
     }
-    option.series = [rate, workers].concat(events, [points('shown', panel.poses.shown, SHOWN, 'circle', 3, 3)], ends.map(function (end) {
+    option.series = [rate].concat(workers, events, [points('shown', panel.poses.shown, SHOWN, 'circle', 3, 3)], ends.map(function (end) {
       return points(end.key, panel.poses[end.key], end.color, end.symbol, 6, 4);
     }));
     // series without data, for their legend entries, because marks have none
@@ -127,7 +147,7 @@ var gscFigures = (function () {
         return '';
       }
     });
-    return {option: option, height: top + 3 * strip + 2 * gap + 52};
+    return {option: option, height: tops[2] + strip + 52};
   }
 
   function latencyFigure(panel, theme, options) {
