@@ -19,6 +19,8 @@ namespace {
 constexpr const char* kBenchExamples = R"(examples:
   gsc-play bench room.gsc --size 1920x1080
       measures 300 frames over the stored cameras, after 50 frames of warm-up
+  gsc-play bench room.gsc --size 1920x1080 --until-steady 1
+      as many frames as make the median sure to 1 %
   gsc-play bench city.gsc --cameras flight.json --eyes 2 --ipd 0.065 \
       --size 2048x2048 --fov 90 --quality 16 --out b.jsonl
       two eyes on a path, 16 frames compared with exact pictures; adds a line to
@@ -40,6 +42,10 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
                "frames to draw before the measured ones, which fill caches and raise the clocks");
     addInteger(app, "--measure", options.measured, 1, kMany, "N (default: 300)",
                "frames to measure; they take the cameras in turn, again and again");
+    addNumber(
+        app, "--until-steady", options.until_steady, {0.01, 100}, " per cent", "PERCENT",
+        "end as soon as the median frame time is known to this many per cent, with a probability of 95 %, after whole "
+        "rounds of the cameras; --measure is then the most frames, by default 10000");
     addInteger(
         app, "--frames-in-flight", options.in_flight, 1, 256, "N (default: 1)",
         "frames submitted before the first is waited for, at most 2 or 3 for each device; with 2 a device has no "
@@ -65,8 +71,9 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
                 "measure every combination of the settings in a file (schemas/sweep.schema.json), each with "
                 "empty caches at its start and compared with exact pictures; each adds a line to --out. A "
                 "sweep that was stopped continues there: it skips the runs in --out");
-    for (const char* fixed : {"--cameras", "--frames", "--warmup", "--measure", "--quality", "--score-every",
-                              "--score-first", "--target-ms", "--frames-in-flight", "--gpus", "--devices"})
+    for (const char* fixed :
+         {"--cameras", "--frames", "--warmup", "--measure", "--until-steady", "--quality", "--score-every",
+          "--score-first", "--target-ms", "--frames-in-flight", "--gpus", "--devices"})
         sweep.excludes(optionOf(app, fixed)); // set in the file of the sweep
     addShard(app, options.play, "the runs of --sweep", "--out");
 }
@@ -125,6 +132,8 @@ void addBenchCommand(CLI::App& root, Invocation& invocation)
     setFooter(command, kBenchExamples);
     onParsed(command, [&command, &invocation, options] {
         options->scores_path = isGiven(command, "--score-every") || isGiven(command, "--score-first");
+        if (isGiven(command, "--until-steady") && !isGiven(command, "--measure"))
+            options->measured = 10000;
         checkBenchOptions(command, *options);
         invocation.run = [options](Reporter& report) {
             return options->sweep.empty() ? runBench(*options, report) : runSweep(*options, report);

@@ -20,6 +20,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <limits>
 #include <memory>
 
 namespace gsc {
@@ -51,6 +53,49 @@ void checkFramesInFlight(const BenchOptions& options)
         throw Error(ErrorCode::Usage, formatString("--frames-in-flight %u", options.in_flight),
                     formatString("these devices take at most %u", most), "that or fewer", "pass a smaller number");
 }
+
+// Tells when the median is as sure as --until-steady asks.
+class SteadyCheck {
+public:
+    SteadyCheck(const BenchOptions& options, size_t cameras)
+        : m_bound(options.until_steady), m_most(options.measured), m_cameras(cameras), m_frames(options.measured)
+    {
+    }
+
+    [[nodiscard]] uint64_t frames() const { return m_frames; } // frames to measure, as far as is known
+
+    // Looks after whole rounds of the cameras, at least kLeast frames and a twentieth more than the last time.
+    bool isReachedBy(TimedFrames frames)
+    {
+        constexpr size_t kLeast = 30;
+        const size_t count = frames.size();
+        if (m_bound == 0 || count < kLeast || count % m_cameras != 0 || count < m_next || m_percent <= m_bound)
+            return false;
+        m_next = count + count / 20;
+        m_percent = percentOf(*medianRange(frames, m_cameras), spreadOf(frames, &TimedFrame::wall_ms).median);
+        // the range narrows with the root of the number of frames
+        const double ratio = m_percent / m_bound, needed = double(count) * std::max(1.0, ratio * ratio);
+        m_frames = uint64_t(std::min(needed, double(m_most)));
+        return m_percent <= m_bound;
+    }
+
+    void warnUnlessReached(Reporter& log) const
+    {
+        if (m_bound == 0 || m_percent <= m_bound)
+            return;
+        const std::string frames = formatCount(m_most, "frame");
+        const std::string known = std::isfinite(m_percent)
+                                      ? formatString("the median is known to %.2g %% after ", m_percent) + frames
+                                      : frames + " do not tell";
+        log.warning(formatString("--until-steady %g: %s; --measure more, or ask for less", m_bound, known.c_str()));
+    }
+
+private:
+    double m_bound, m_percent = std::numeric_limits<double>::infinity();
+    uint64_t m_most;
+    size_t m_cameras, m_next = 0;
+    uint64_t m_frames;
+};
 
 } // namespace
 
@@ -85,18 +130,25 @@ RunRow bench(const BenchOptions& options, Reporter& log)
     result.tier = renderer->tierOf(play.frame.tier);
     std::optional<FrameGuard> guard =
         checkedGuard(*scene, play.model.file, run, {drawsDetail(run, renderer->id().backend, result.tier)});
-    FrameLoop loop(*scene, path.shots, path.eye_count, frameOptions(*scene, run), *renderer, guard ? &*guard : nullptr);
-    const uint64_t total = uint64_t(options.warmup) + options.measured;
-    WorkContext work{run, path.eye_count, 0, {}, {}};
+    const FrameOptions drawn_with = frameOptions(*scene, run);
+    FrameLoop loop(*scene, path.shots, path.eye_count, drawn_with, *renderer, guard ? &*guard : nullptr);
+    const uint64_t frames = uint64_t(options.warmup) + options.measured;
+    const uint64_t to_score =
+        scores(options) ? scoreSteps(options, path.shots.size(), dependsOnPath(drawn_with) || guard) : 0;
+    SteadyCheck steady(options, path.shots.size());
+    WorkContext work{run, path.eye_count, path.shots.size(), 0, {}, {}};
     // measured frames start at the first shot, whatever the length of the warm-up
     const auto shot_of = [&](size_t i) { return (i >= options.warmup ? i - options.warmup : i) % path.shots.size(); };
-    loop.run(total, options.in_flight, shot_of, nullptr, [&](size_t i, LoopFrame&, const TimedFrame& frame) {
+    loop.run(frames, options.in_flight, shot_of, nullptr, [&](size_t i, LoopFrame&, const TimedFrame& frame) {
         if (i >= options.warmup)
             result.frames.push_back(frame);
         else
             work.warm_bytes = std::max(work.warm_bytes, frame.result.bytes_resident);
-        log.progress("render", i + 1, total);
+        if (steady.isReachedBy(result.frames))
+            loop.stop();
+        log.progress("render", i + 1, options.warmup + steady.frames() + to_score);
     });
+    const uint64_t drawn = options.warmup + result.frames.size();
     const std::optional<ServiceStats> service = serviceStats(*renderer);
     result.device = renderer->device(); // read after the last frame, so that its clocks are those of the run
     work.anchor_cost = anchorCost(scene->view(), result.tier);
@@ -111,14 +163,19 @@ RunRow bench(const BenchOptions& options, Reporter& log)
     context.file_hash = fileHash(play.model.file);
     context.warmup = options.warmup;
     context.measured = options.measured;
+    context.until_steady = options.until_steady;
     context.in_flight = options.in_flight;
     if (scores(options))
-        result.accuracy = scoreBench(options, scene, path, run, *renderer, context, log);
-    RunRow row = runRow(context, rowConfig(context, path, run), run.backend, result);
+        result.accuracy = scoreBench(options, scene, path, run, *renderer, context, log,
+                                     [&](uint64_t done) { log.progress("render", drawn + done, drawn + to_score); });
+    RowConfig config = rowConfig(context, path, run);
+    config.frames = result.frames.size(); // fewer than `measured` if the median is steady sooner
+    RunRow row = runRow(context, config, run.backend, result);
     row.open_ms = open_ms;
     row.load_ms = load_ms;
     row.work = workFacts(work, result.frames);
     row.service = serviceFacts(service);
+    steady.warnUnlessReached(log);
     row.warnings = log.warnings();
     return row;
 }

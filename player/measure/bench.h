@@ -14,6 +14,7 @@ namespace gsc {
 struct BenchOptions {
     PlayOptions play;                     // model, cameras and rendering; its outputs are not used
     uint32_t warmup = 50, measured = 300; // frames
+    double until_steady = 0;              // ends when percentOf() the median's range is at most this; 0 = never sooner
     uint32_t in_flight = 1;   // frames submitted before the first is awaited, at most Renderer::framesInFlight()
     uint32_t quality = 0;     // cameras scored against `exact`, spread over all
     bool scores_path = false; // the frames that `score` chooses are scored instead

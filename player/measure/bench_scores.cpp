@@ -30,8 +30,8 @@ ScoreOptions scoredFrames(const BenchOptions& options, uint64_t count, bool in_o
 class BenchScorer {
 public:
     BenchScorer(const Scene& scene, const Path& path, const FrameChoice& choice, Renderer& renderer,
-                Renderer& reference)
-        : m_path(path), m_renderer(renderer), m_frame(frameOptions(scene, choice)),
+                Renderer& reference, const StepDone& done)
+        : m_path(path), m_renderer(renderer), m_done(done), m_frame(frameOptions(scene, choice)),
           m_guard(
               frameGuard(scene, choice, {drawsDetail(choice, renderer.id().backend, renderer.tierOf(choice.tier))})),
           m_loop(scene, path.shots, path.eye_count, m_frame, renderer, m_guard ? &*m_guard : nullptr),
@@ -83,10 +83,12 @@ private:
                 if (score.scores(i))
                     drawsInto (&(played[i] = takePictures(*memory, shots[i], m_path.eye_count)))(i, frame);
             },
-            [](size_t, LoopFrame&, const TimedFrame&) {});
+            [&](size_t, LoopFrame&, const TimedFrame&) { step(); });
         for (const auto& [i, images] : played)
             add(i, images, scorer);
     }
+
+    void step() { m_done(++m_steps); }
 
     void add(uint64_t number, const FramePictures& images, Scorer& scorer)
     {
@@ -101,10 +103,13 @@ private:
             scorer.add(number, e, images.picture(e), exact.picture(e),
                        m_frame.foveation.smallest > 0 ? &gaze : nullptr);
         }
+        step();
     }
 
     const Path& m_path;
     Renderer& m_renderer;
+    const StepDone& m_done;
+    uint64_t m_steps = 0;
     FrameOptions m_frame;
     std::optional<FrameGuard> m_guard;
     FrameLoop m_loop, m_exact_loop;
@@ -114,8 +119,16 @@ private:
 
 } // namespace
 
+uint64_t scoreSteps(const BenchOptions& options, uint64_t cameras, bool in_order)
+{
+    const ScoreOptions score = scoredFrames(options, cameras, in_order);
+    const uint64_t scored = score.scoredOf(cameras);
+    return scored + (in_order && scored > 0 ? score.frameOf(scored - 1) + 1 : 0);
+}
+
 Accuracy scoreBench(const BenchOptions& options, const std::shared_ptr<const Scene>& scene, const Path& path,
-                    const FrameChoice& choice, Renderer& renderer, RunContext& context, Reporter& log)
+                    const FrameChoice& choice, Renderer& renderer, RunContext& context, Reporter& log,
+                    const StepDone& done)
 {
     try {
         std::unique_ptr<Renderer> other;
@@ -126,7 +139,7 @@ Accuracy scoreBench(const BenchOptions& options, const std::shared_ptr<const Sce
         }
         Renderer& reference = other ? *other : renderer;
         context.reference = options.play.devices.device == 0 ? reference.id().backend : deviceText(reference.id());
-        return BenchScorer(*scene, path, choice, renderer, reference).run(options, context.score);
+        return BenchScorer(*scene, path, choice, renderer, reference, done).run(options, context.score);
     } catch (const Error& e) {
         if (e.code() != ErrorCode::OutOfMemory)
             throw;

@@ -24,22 +24,24 @@ std::string idOf(const RunContext& context, const Path& path, const RunConfig& r
         for (const DeviceId& device : workerDevices(context.devices))
             workers.push_back(device.backend);
     const std::string mode = workers.empty() ? std::string() : serviceModeName(context.devices.workers.mode);
-    const OrderedJson said = {{"run", runKeyJson(run)},
-                              {"trajectory", path.name},
-                              {"frames", path.shots.size()},
-                              {"warmup", context.warmup},
-                              {"measured", context.measured},
-                              {"in_flight", context.in_flight},
-                              {"workers", std::move(workers)},
-                              {"mode", mode},
-                              {"ssim", context.score.ssim_every},
-                              {"flip", context.score.flip_every},
-                              {"scored", {context.score.first, context.score.every, context.score.listed}},
-                              {"reference", context.reference},
-                              {"near", run.near_z},
-                              {"background", run.background ? OrderedJson(*run.background) : OrderedJson()},
-                              {"threads", context.devices.threads},
-                              {"vram_budget", context.devices.vram_budget}};
+    OrderedJson said = {{"run", runKeyJson(run)},
+                        {"trajectory", path.name},
+                        {"frames", path.shots.size()},
+                        {"warmup", context.warmup},
+                        {"measured", context.measured},
+                        {"in_flight", context.in_flight},
+                        {"workers", std::move(workers)},
+                        {"mode", mode},
+                        {"ssim", context.score.ssim_every},
+                        {"flip", context.score.flip_every},
+                        {"scored", {context.score.first, context.score.every, context.score.listed}},
+                        {"reference", context.reference},
+                        {"near", run.near_z},
+                        {"background", run.background ? OrderedJson(*run.background) : OrderedJson()},
+                        {"threads", context.devices.threads},
+                        {"vram_budget", context.devices.vram_budget}};
+    if (context.until_steady > 0)
+        said["until_steady"] = context.until_steady;
     const std::string text = jsonText(said, -1);
     Checksum64 sum;
     sum.update(std::as_bytes(std::span(text)));

@@ -24,6 +24,7 @@ struct RunContext {
     uint32_t warmup = 0;
     uint64_t measured =
         0; // frames, round the path after the warm-up; 0 = the path once, whose first frames are the warm-up
+    double until_steady = 0; // BenchOptions::until_steady; `measured` is then the most frames
     uint32_t in_flight = 1;
     ScoreOptions score;
 };

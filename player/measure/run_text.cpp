@@ -4,6 +4,7 @@
 #include "player/devices/worker_report.h"
 #include "format/numbers/count_text.h"
 #include "player/options/level_report.h"
+#include "player/measure/work_facts.h"
 #include "runtime/cli/reporter.h"
 #include "runtime/records/reuse_names.h"
 
@@ -149,6 +150,11 @@ std::string benchText(const RunRow& row)
     text += tableRow("frame, wall", row.ms.wall) + tableRow("frame, device", row.ms.device);
     for (size_t i = 0; i < std::size(kStages); ++i)
         text += tableRow(kStages[i].name, row.ms.stages[i]);
+    if (work.wall_median)
+        text +=
+            formatString("  the median of frame, wall lies between %s and %s: within %.2g %%, 95 %% sure\n",
+                         formatMeasured(work.wall_median->low).c_str(), formatMeasured(work.wall_median->high).c_str(),
+                         percentOf(*work.wall_median, row.ms.wall.median));
     const Spread& even = work.ns_per_gaussian;
     text += tableRow("ns per Gaussian", even);
     text += formatString("time per Gaussian: p99 is %.2f times the median\ncounts per eye\n",

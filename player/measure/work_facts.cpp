@@ -78,9 +78,41 @@ RooflineFacts rooflineFacts(const WorkContext& context, TimedFrames frames)
 
 } // namespace
 
+std::optional<MedianRange> medianRange(TimedFrames frames, size_t cameras)
+{
+    constexpr size_t kLeast = 6; // with fewer, all lie on one side of the median more often than 5 times of 100
+    constexpr double kDeviations = 1.96;
+    if (frames.size() < kLeast)
+        return std::nullopt;
+    std::vector<double> sorted(frames.size());
+    std::ranges::transform(frames, sorted.begin(), &TimedFrame::wall_ms);
+    std::ranges::sort(sorted);
+    const double median = nearestRank(sorted, 0.5);
+    // The number of frames below the median is a sum of each camera's, which is binomial. With one camera its variance is
+    // a quarter of the frames, as in the sign test. A camera whose frames are all on one side adds less, the less the more
+    // frames it has (Krichevsky and Trofimov's estimate of a probability).
+    double variance = 0;
+    for (size_t camera = 0; camera < std::min(cameras, frames.size()); ++camera) {
+        double below = 0, count = 0;
+        for (size_t i = camera; i < frames.size(); i += cameras, ++count)
+            below += frames[i].wall_ms <= median;
+        const double part = (below + 0.5) / (count + 1);
+        variance += count * part * (1 - part);
+    }
+    const double middle = double(sorted.size() - 1) / 2, ranks = kDeviations * std::sqrt(variance);
+    return MedianRange{sorted[size_t(std::max(0.0, std::floor(middle - ranks)))],
+                       sorted[size_t(std::min(double(sorted.size() - 1), std::ceil(middle + ranks)))]};
+}
+
+double percentOf(const MedianRange& range, double median)
+{
+    return median > 0 ? 100 * std::max(median - range.low, range.high - median) / median : 0;
+}
+
 WorkFacts workFacts(const WorkContext& context, TimedFrames frames)
 {
     WorkFacts work;
+    work.wall_median = medianRange(frames, context.cameras);
     work.ns_per_gaussian = spreadOf(frames, [](const TimedFrame& frame) {
         return frame.result.times.total * 1e6 /
                double(std::max<uint64_t>(ofEyes(frame, &EyeCounts::gaussians_visible), 1));

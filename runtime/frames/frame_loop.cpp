@@ -114,6 +114,8 @@ void FrameLoop::run(size_t count, size_t ahead, const ShotOf& shot_of, const Pre
         if (m_guard)
             m_guard->add(timed.result.times.total);
         done(ended, flying.frame, timed);
+        if (std::exchange(m_stops, false))
+            count = begun;
     }
 }
 

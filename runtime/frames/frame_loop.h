@@ -41,6 +41,8 @@ public:
     // times are from submit(), or from the end of the frame before if that is later, to the end. Throws Error
     // (Interrupted, and as Renderer does), or what the calls throw; then no frame is in flight any more.
     void run(size_t count, size_t ahead, const ShotOf& shot_of, const Prepare& prepare, const Done& done);
+    // Called by `done`: run() ends after the frames in flight.
+    void stop() { m_stops = true; }
     // Draws one frame.
     TimedFrame draw(size_t shot, const Prepare& prepare);
 
@@ -54,6 +56,7 @@ private:
     FrameOptions m_options;
     Renderer& m_renderer;
     FrameGuard* m_guard;
+    bool m_stops = false;
 };
 
 } // namespace gsc

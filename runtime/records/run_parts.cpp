@@ -103,6 +103,12 @@ void describe(const Record& at, ServiceFacts::Wire& wire)
     at.field("picture_bytes", wire.picture_bytes, kCount);
 }
 
+void describe(const Record& at, MedianRange& range)
+{
+    at.field("low", range.low, kPositive);
+    at.field("high", range.high, kPositive);
+}
+
 void describe(const Record& at, WorkFacts& work)
 {
     describe(at.object("ns_per_gaussian"), work.ns_per_gaussian);
@@ -118,6 +124,7 @@ void describe(const Record& at, WorkFacts& work)
     at.field("frames_repeated", work.frames_repeated, kCount);
     at.field("repeat_ms", work.repeat_ms, kPositive);
     at.field("most_repeat_ms", work.most_repeat_ms, kPositive);
+    at.part("wall_median", work.wall_median);
     at.part("target", work.target);
     at.part("roofline", work.roofline);
 }

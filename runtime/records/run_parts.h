@@ -38,6 +38,11 @@ struct TargetFacts {
     UsedRange lod_bias, detail; // levels, pixels
 };
 
+// Range in milliseconds that holds the median frame time with a probability of 95 %.
+struct MedianRange {
+    double low = 0, high = 0;
+};
+
 // Counts of the work of frames. Repeats: frames drawn again because a buffer was too small.
 struct WorkFacts {
     Spread ns_per_gaussian; // device time of a frame over its Gaussians on screen, all eyes
@@ -49,6 +54,7 @@ struct WorkFacts {
     uint64_t frames_that_grew = 0;                       // frames that enlarged a buffer; none after enough warm-up
     uint64_t frames_repeated = 0;
     double repeat_ms = 0, most_repeat_ms = 0; // device time of all repeats, and of the repeats of the worst frame
+    std::optional<MedianRange> wall_median;   // none for too few frames
     std::optional<TargetFacts> target;
     std::optional<RooflineFacts> roofline; // none if the device's ceilings are not known
 };
@@ -101,6 +107,7 @@ struct ServiceFacts {
 
 void describe(const Record& at, UsedRange& used);
 void describe(const Record& at, TargetFacts& target);
+void describe(const Record& at, MedianRange& range);
 void describe(const Record& at, DeviceCeilings& ceilings);
 void describe(const Record& at, StageRoofline& stage);
 void describe(const Record& at, RooflineFacts& roofline);

@@ -103,6 +103,36 @@ class BenchCliTest(PlayTest):
         stages = sum(stage["mean"] for stage in report["ms"]["stages"].values())
         self.assertLessEqual(stages, report["ms"]["device"]["mean"] * 1.05 + 0.5)
 
+    def test_until_steady(self) -> None:
+        """Whole rounds of the four cameras until the median is sure, at most --measure frames."""
+        run = self.bench("--until-steady", "90", "--out", "b.jsonl", "--format", "json", "--frames-in-flight", "2")
+        report = json.loads(run.stdout)
+        check_schema("run", report)
+        frames = report["config"]["frames"]
+        self.assertGreaterEqual(frames, 32)
+        self.assertLess(frames, 10000)
+        self.assertEqual((len(report["per_frame"]["wall_ms"]), report["warnings"]), (frames, []))
+        median, sure = report["ms"]["wall"]["median"], report["work"]["wall_median"]
+        self.assertLessEqual(sure["low"], median)
+        self.assertLessEqual(median, sure["high"])
+        again = json.loads(self.bench("--until-steady", "90", "--format", "json", "--frames-in-flight", "2").stdout)
+        self.assertEqual(again["config"]["id"], report["config"]["id"])  # however many frames each took
+        run = self.bench("--until-steady", "0.01", "--measure", "33")
+        self.assertRegex(run.stderr, r"--until-steady 0.01: the median is known to [\d.]+ % after 33 frames")
+        self.assertIn("33 frames after", run.stdout)
+        self.assertRegex(run.stdout, r"the median of frame, wall lies between [\d.]+ and [\d.]+: within [\d.]+ %, 95 % sure")
+        self.assertIn("--until-steady 1: 3 frames do not tell", self.bench("--until-steady", "1", "--measure", "3").stderr)
+        self.assertNotIn("95 % sure", self.bench("--measure", "5").stdout)
+
+    def test_progress_counts_the_scores_too(self) -> None:
+        for options, steps in ((("--quality", "2"), 2), (("--quality", "2", "--reuse", "error"), 4 + 2)):
+            run = self.play("bench", self.model, "--cameras", self.path, "--size", "48x32", "--backend", "cpu", "--warmup", "1",
+                            "--measure", "3", "--progress", "json", *options)
+            events = [json.loads(line) for line in run.stderr.splitlines()]
+            check_schema("progress-event", *events)
+            self.assertEqual([e["event"] for e in events if e["event"] != "progress"], ["start", "done"])
+            self.assertEqual((events[-1]["done"], events[-1]["total"]), (4 + steps, 4 + steps), events)
+
     def test_reuse_options(self) -> None:
         self.model = self.tiny("levels.gsc", "0", "3", "3")
         options = ("--reuse", "error", "--reuse-bound", "0.5", "--decode-budget", "100", "--lod-bias", "-1")

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How a run is rendered and scored, with a renderer that tells what it was asked for.
 #include "player/measure/runner.h"
+#include "player/measure/work_facts.h"
 
 #include <doctest/doctest.h>
 
@@ -218,6 +219,33 @@ TEST_CASE("a long path is scored in blocks, each frame against its own pose")
     CHECK(run.accuracy.temporal.images == 3); // the last has another size
     CHECK(backend.calls.size() == 5);
     CHECK(other.calls.size() == 5);
+}
+
+TEST_CASE("the median's range is of order statistics, and cameras that differ make it no wider")
+{
+    const auto timed = [](size_t count, auto ms_of) {
+        std::vector<TimedFrame> frames(count);
+        for (size_t i = 0; i < count; ++i)
+            frames[i].wall_ms = ms_of(i);
+        return frames;
+    };
+    const auto ascending = timed(100, [](size_t i) { return double(i * 37 % 100 + 1); }); // 1 to 100, mixed
+    CHECK_FALSE(medianRange(std::span(ascending).first(5), 1));
+    // one camera: 1.96 standard deviations of a binomial of 100 and 1/2 are 9.8 ranks
+    const MedianRange one = *medianRange(ascending, 1);
+    CHECK(one.low == 40);
+    CHECK(one.high == 61);
+    CHECK(percentOf(one, 50) == doctest::Approx(22));
+    CHECK(percentOf(one, 0) == 0);
+    // five frames each of 20 cameras, which take 1 to 20 ms: nothing but the camera makes a difference
+    const auto cameras = timed(100, [](size_t i) { return double(i % 20 + 1); });
+    const MedianRange same = *medianRange(cameras, 20), mixed = *medianRange(cameras, 1);
+    CHECK(same.low == 9);
+    CHECK(same.high == 12);
+    CHECK(mixed.low == 8);
+    CHECK(mixed.high == 13);
+    const auto few = timed(8, [](size_t i) { return double(i); }); // more cameras than frames
+    CHECK(medianRange(few, 100)->low <= 3);
 }
 
 TEST_CASE("exact images are of the frames that are scored, and take as much")

@@ -33,7 +33,7 @@ int main(int argc, char**)
         result.frames.push_back(frame);
     }
     gsc::RunRow row = gsc::runRow(context, gsc::rowConfig(context, path, run), run.backend, result);
-    const gsc::WorkContext work{run, 1, 0, {168, 3072, 3808, 32, false}, {3e12, 4e12, 30e12, 500e12, 4e12}};
+    const gsc::WorkContext work{run, 1, 1, 0, {168, 3072, 3808, 32, false}, {3e12, 4e12, 30e12, 500e12, 4e12}};
     row.work = gsc::workFacts(work, result.frames);
     const std::string text = argc > 1 ? gsc::benchText(row) : gsc::jsonText(gsc::toJson(row), -1);
     return std::fputs(text.c_str(), stdout) < 0;
