@@ -141,11 +141,13 @@ class PlayCliTest(PlayTest):
         for name, file, frame in (("file", centre, {}), ("frame", {"cx": 3, "cy": 3}, centre)):
             self.assertTrue(alike(draw(f"{name}.pfm", transforms(48, 32, file, frame))[2], part), name)
         self.assertFalse(alike(draw("centred.pfm", transforms(48, 32, {}, {}))[2], part))
-        # the size asked for scales the pixel; another aspect cuts rows at top and bottom; --fov zooms about the axis
+        # the size asked for scales the pixel; another aspect adds columns at both sides; --fov zooms about the axis
         twice = transforms(96, 64, {"cx": 64, "cy": 0, "fl_x": 80, "fl_y": 80}, {})
         self.assertTrue(alike(draw("twice.pfm", twice, "--size", "48x32")[2], part))
-        wide = transforms(48, 64, {"cx": 32, "cy": 16}, {})
-        self.assertTrue(alike(draw("flat.pfm", wide, "--size", "48x32")[2], part))
+        tall = transforms(32, 64, {"cx": 16, "cy": 0}, {})
+        flat = draw("flat.pfm", tall, "--size", "64x64")
+        self.assertTrue(alike(flat[2], draw("same.pfm", transforms(64, 64, {"cx": 32, "cy": 0}, {}))[2]))
+        self.assertTrue(alike(cut(flat, 16, 0, 32, 64), draw("own.pfm", tall)[2]))
         fov = str(2 * math.degrees(math.atan(24 / 40)))
         self.assertTrue(alike(draw("fov.pfm", transforms(48, 32, centre | {"fl_x": 90, "fl_y": 90}, {}), "--fov", fov)[2], part))
         # the middle changes no byte
