@@ -31,7 +31,7 @@ constexpr uint32_t kMaxSide = 32768; // largest width and height of an image, pi
 
 // Extensions of images that this build can write, in lower case.
 #ifdef GSC_WITH_OIIO
-constexpr std::string_view kExtensions[] = {".pfm", ".png", ".exr"};
+constexpr std::string_view kExtensions[] = {".pfm", ".png", ".exr", ".jpg", ".jpeg", ".webp"};
 #else
 constexpr std::string_view kExtensions[] = {".pfm", ".png"};
 #endif
@@ -162,7 +162,7 @@ bool isImageExtension(const std::string& path)
 
 void loadImageWriter(const std::string& path)
 {
-    if (extensionOf(path) == ".exr")
+    if (const std::string extension = extensionOf(path); extension != ".pfm" && extension != ".png")
         (void)oiio(path);
 }
 
@@ -175,8 +175,8 @@ void writeImage(const std::string& path, const Image& image, PixelDepth depth, b
     std::vector<unsigned char> encoded;
     if (extension == ".png")
         encoded = encodePng(image, depth);
-    else if (extension == ".exr")
-        encoded = oiio(path).encode(path, image);
+    else if (extension != ".pfm")
+        encoded = oiio(path).encode(path, extension.substr(1), image);
     OutputFile file(path, OutputKind::Binary, overwrite);
     if (extension == ".pfm")
         writePfm(file, image);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Image files: PNG (8 and 16 bit) and PFM, and through OpenImageIO, where the build has it, EXR (32-bit float) and what
-// else it reads.
+// Image files: PNG (8 and 16 bit) and PFM, and through OpenImageIO, where the build has it, EXR (32-bit float), JPEG and
+// WebP (8 bit, kLossyQuality) and what else it reads.
 // EXR and PFM hold the values as rendered: display values as in a PNG, not linear light.
 #pragma once
 
@@ -16,6 +16,8 @@ struct Image {
     std::vector<float> pixels; // height x width x 3 values, RGB interleaved, row 0 on top
 };
 
+constexpr int kLossyQuality = 95; // quality of JPEG (without subsampled colours) and WebP, 100 at most
+
 enum class PixelDepth { Eight, Sixteen }; // number of bits per channel of a PNG
 
 // Converts a value to the whole number that files and streams hold, by torchvision's rule in single precision:
@@ -28,7 +30,8 @@ Whole wholeValue(float value)
     return scaled > 0.0f ? Whole(scaled < kMost ? scaled : kMost) : Whole(0);
 }
 
-// Writes an image in the format of the path's extension; a PNG holds wholeValue() of each value. The file gets its
+// Writes an image in the format of the path's extension; a PNG holds wholeValue() of each value, and so
+// does, before its losses, a JPEG or WebP. The file gets its
 // name only when it is complete. Throws Error: Io, also if the file exists by then and `overwrite` is false;
 // Unsupported for an extension that this build cannot write, naming those that it can.
 void writeImage(const std::string& path, const Image& image, PixelDepth depth, bool overwrite);

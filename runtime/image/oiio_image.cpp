@@ -7,6 +7,8 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <algorithm>
+#include <iterator>
 #include <memory>
 
 namespace gsc {
@@ -32,19 +34,43 @@ Image readAs(OIIO::ImageInput& input, const std::string& path, OIIO::TypeDesc ty
     return image;
 }
 
-std::vector<unsigned char> encodeExr(const std::string& path, const Image& image)
+// Sets how the values of a file are kept. Returns the type in which they are given.
+OIIO::TypeDesc setCoding(const std::string& kind, OIIO::ImageSpec& spec)
 {
-    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("exr");
+    if (kind == "exr") {
+        spec.attribute("compression", "zip");
+        // OpenImageIO would put the time in, and the same picture would not be the same bytes
+        spec.attribute("DateTime", "1970:01:01 00:00:00");
+        return OIIO::TypeDesc::FLOAT;
+    }
+    const std::string coding = kind == "webp" ? "webp" : "jpeg";
+    spec.attribute("compression", formatString("%s:%d", coding.c_str(), kLossyQuality));
+    spec.attribute("jpeg:subsampling", "4:4:4");
+    return OIIO::TypeDesc::UINT8;
+}
+
+std::vector<unsigned char> encodeOiioImage(const std::string& path, const std::string& kind, const Image& image)
+{
+    constexpr uint32_t kMaxWebpSide = 16383;
+    if (kind == "webp" && std::max(image.width, image.height) > kMaxWebpSide)
+        throw Error(ErrorCode::Unsupported, path,
+                    formatString("would be a WebP of %u x %u pixels", image.width, image.height),
+                    formatString("%u each at most", kMaxWebpSide), "choose .png or .jpg");
+    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(kind);
     if (!output)
-        throw Error(ErrorCode::Unsupported, path, "OpenImageIO cannot write .exr (" + OIIO::geterror() + ")", "it to",
-                    "choose another kind of image, such as .pfm");
-    OIIO::ImageSpec spec(int(image.width), int(image.height), 3, OIIO::TypeDesc::FLOAT);
-    spec.attribute("compression", "zip");
-    // OpenImageIO would put the time in, and the same picture would not be the same bytes
-    spec.attribute("DateTime", "1970:01:01 00:00:00");
+        throw Error(ErrorCode::Unsupported, path,
+                    formatString("OpenImageIO cannot write .%s (%s)", kind.c_str(), OIIO::geterror().c_str()), "it to",
+                    "choose another kind of image, such as .png");
+    OIIO::ImageSpec spec(int(image.width), int(image.height), 3);
+    const OIIO::TypeDesc type = setCoding(kind, spec);
+    spec.set_format(type);
+    std::vector<uint8_t> bytes;
+    if (type == OIIO::TypeDesc::UINT8)
+        std::ranges::transform(image.pixels, std::back_inserter(bytes), wholeValue<uint8_t>);
     OIIO::Filesystem::IOVecOutput encoded;
     if (!output->set_ioproxy(&encoded) || !output->open(path, spec) ||
-        !output->write_image(OIIO::TypeDesc::FLOAT, image.pixels.data()) || !output->close())
+        !output->write_image(type, bytes.empty() ? static_cast<const void*>(image.pixels.data()) : bytes.data()) ||
+        !output->close())
         throw internalError(path, "OpenImageIO cannot encode the image (" + output->geterror() + ")", "it to");
     return encoded.buffer();
 }
@@ -80,7 +106,7 @@ void startNoOiioThreads()
     OIIO::attribute("exr_threads", -1);
 }
 
-constexpr OiioImageFunctions kFunctions{startNoOiioThreads, encodeExr, readOiioImage};
+constexpr OiioImageFunctions kFunctions{startNoOiioThreads, encodeOiioImage, readOiioImage};
 
 } // namespace
 

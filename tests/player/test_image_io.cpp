@@ -130,7 +130,7 @@ TEST_CASE("a file that stands for an image is named as what it is")
 
 TEST_CASE("an extension without a writer is refused, naming those there are")
 {
-    const Outcome refused = outcomeOf([&] { writeImage("x.jpeg", someImage(1, 1), PixelDepth::Eight, true); });
+    const Outcome refused = outcomeOf([&] { writeImage("x.gif", someImage(1, 1), PixelDepth::Eight, true); });
     CHECK(refused.code == ErrorCode::Unsupported);
     CHECK(refused.says(".pfm"));
 }
@@ -138,7 +138,7 @@ TEST_CASE("an extension without a writer is refused, naming those there are")
 TEST_CASE("a folder that is not there is an I/O error and leaves nothing")
 {
     const TempFolder folder;
-    for (const char* name : {"none/a.pfm", "none/a.png", "none/a.exr"}) {
+    for (const char* name : {"none/a.pfm", "none/a.png", "none/a.exr", "none/a.jpg", "none/a.webp"}) {
         if (!canWrite(name))
             continue;
         CAPTURE(name);
@@ -154,7 +154,7 @@ TEST_CASE("a full disk is an I/O error")
     rlimit before{};
     REQUIRE(::getrlimit(RLIMIT_FSIZE, &before) == 0);
     const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-    for (const char* name : {"a.pfm", "a.png", "a.exr"}) {
+    for (const char* name : {"a.pfm", "a.png", "a.exr", "a.jpg", "a.webp"}) {
         if (!canWrite(name))
             continue;
         CAPTURE(name);
@@ -192,6 +192,38 @@ TEST_CASE("PNG follows torchvision's rounding in both depths")
         }
         CHECK(back.pixels[0] == 0);
     }
+}
+
+TEST_CASE("JPEG and WebP lose little, and are the same bytes again")
+{
+    if (!canWrite("a.jpg")) {
+        MESSAGE("skipped: built without OpenImageIO");
+        return;
+    }
+    const TempFolder folder;
+    Image image{64, 48, {}};
+    for (size_t i = 0; i < size_t(64) * 48; ++i) // a smooth picture with values beyond [0, 1]
+        for (const float value : {float(i % 64) / 60 - 0.01f, float(i / 64) / 47, 0.25f})
+            image.pixels.push_back(value);
+    for (const char* name : {"a.jpg", "a.JPEG", "a.webp"}) {
+        CAPTURE(name);
+        writeImage(folder / name, image, PixelDepth::Eight, true);
+        const std::string first = readText(folder / name);
+        writeImage(folder / name, image, PixelDepth::Eight, true);
+        CHECK(readText(folder / name) == first);
+        const Image back = readImage(folder / name);
+        REQUIRE(back.pixels.size() == image.pixels.size());
+        double squares = 0;
+        for (size_t i = 0; i < image.pixels.size(); ++i)
+            squares += std::pow(back.pixels[i] - std::fmin(std::fmax(image.pixels[i], 0.0f), 1.0f), 2);
+        CHECK(std::sqrt(squares / double(image.pixels.size())) < 0.01); // 40 dB
+    }
+    const Outcome large =
+        outcomeOf([&] { writeImage(folder / "b.webp", someImage(16384, 1), PixelDepth::Eight, true); });
+    CHECK(large.code == ErrorCode::Unsupported);
+    CHECK(large.says("16383"));
+    writeImage(folder / "b.jpg", someImage(16384, 1), PixelDepth::Eight, true);
+    CHECK_FALSE(fs::exists(folder / "b.webp"));
 }
 
 TEST_CASE("EXR keeps 32-bit floats")

@@ -375,7 +375,7 @@ class PlayCliTest(PlayTest):
         self.refused(*base, "--out", "same.pfm", code=1, says="{frame}")
         self.refused(*base, "--out", "{frame}.pfm", "--eyes", "2", "--ipd", "1", code=1, says="{eye}")
         self.refused(*base, "--out", "{what}.pfm", code=1, says="{what}")
-        self.refused(*base, "--out", "{frame}.jpeg", code=5, says=".pfm")
+        self.refused(*base, "--out", "{frame}.gif", code=5, says=".pfm")
         self.refused(*base, "--backend", "quantum", code=1, says="cpu")
         self.refused(*base, "--frames", "9:", code=1, says="--frames")
         self.refused(*base, "--appearance", "3", code=1, says="appearance")
