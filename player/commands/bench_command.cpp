@@ -72,8 +72,8 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
                 "empty caches at its start and compared with exact pictures; each adds a line to --out. A "
                 "sweep that was stopped continues there: it skips the runs in --out");
     for (const char* fixed :
-         {"--cameras", "--frames", "--warmup", "--measure", "--until-steady", "--quality", "--score-every",
-          "--score-first", "--target-ms", "--frames-in-flight", "--gpus", "--devices"})
+         {"--cameras", "--position", "--look-at", "--frames", "--warmup", "--measure", "--until-steady", "--quality",
+          "--score-every", "--score-first", "--target-ms", "--frames-in-flight", "--gpus", "--devices"})
         sweep.excludes(optionOf(app, fixed)); // set in the file of the sweep
     addShard(app, options.play, "the runs of --sweep", "--out");
 }
@@ -81,6 +81,7 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
 void checkBenchOptions(const CLI::App& app, const BenchOptions& options)
 {
     checkRenderOptions(app, options.play, !options.sweep.empty());
+    checkOwnCamera(app, options.play.cameras);
     checkWorkerOptions(app, options.play, !options.sweep.empty());
     checkEffect(app, "--shard", !options.sweep.empty(), "--sweep");
     checkShardFile(options.play, "--out", options.out);
@@ -122,6 +123,7 @@ void addBenchCommand(CLI::App& root, Invocation& invocation)
     addFile(command, options->play);
     optionOf(command, "FILE").required();
     addCameras(command, options->play);
+    addOwnCamera(command, options->play);
     addFrames(command, options->play);
     addViewOptions(command, options->play);
     addRunOptions(command, options->play);

@@ -13,6 +13,7 @@
 #include <gsc/renderer.h>
 #include "player/commands/worker_flags.h"
 
+#include <filesystem>
 #include <memory>
 
 namespace gsc {
@@ -24,10 +25,16 @@ constexpr const char* kPlayExamples = R"(examples:
       every camera stored in the file, at its own size
   gsc-play room.gsc --cameras path.json --size 1920x1080 --video flight.mp4
       a video, which needs the program ffmpeg
+  gsc-play room.gsc --position 0,-1,-3 --look-at 0,0,1 --size 1080p --out my.png
+      a picture from where you like
   gsc-play bench room.gsc --size 1920x1080
       what a frame costs, stage by stage; gsc-play bench --help
 
 more examples:
+  gsc-play room.gsc --turntable turn.mp4 --size 1080p
+      a full turn round the model; --interpolate flies through its cameras
+  gsc-play room.gsc --cameras stored:0027,0042 --out pictures/
+      two stored cameras by name, into a folder
   gsc-play room.gsc --cameras path.json --frames 0:100 --size 1920x1080 \
       --out 'out/{frame:04}.png' --stats out.jsonl
       the first 100 frames of a trajectory, with what each cost
@@ -55,21 +62,45 @@ exit codes:
   0 ok   1 usage   2 input/output   3 invalid file   4 internal   5 unsupported
   6 out of memory   7 device   8 a bound was passed   130 interrupted)";
 
+OptionHandle addVideo(CLI::App& app, PlayOptions& options, const char* option, CameraMotion motion, const char* help)
+{
+    return detail::addValue(app, option, "FILE.mp4", help,
+                            [&options, motion](const std::string& name, const std::string& text) {
+                                options.output.video = text;
+                                options.output.video_option = name;
+                                options.cameras.motion = motion;
+                            });
+}
+
 void addOutputOptions(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "Files");
     addText(app, "--out", options.output.out, "PATTERN",
             "pictures to write: {name}, {frame}, {frame:04} and {eye} in the pattern are filled in (" +
-                imageExtensions() + "); - is a stream on standard output, two eyes side by side");
+                imageExtensions() +
+                "; JPEG and WebP of quality 95), or a folder (FOLDER/) for {frame:04}_{name}.png; - is a stream on "
+                "standard output, two eyes side by side");
     addChoice<StreamFormat>(
         app, "--stream", options.output.stream,
         {{"y4m", StreamFormat::Y4m}, {"rgb24", StreamFormat::Rgb24}, {"rgb48", StreamFormat::Rgb48}}, "default: y4m",
         "format of --out -: YUV4MPEG2 (4:4:4, 16 bits, full range), or bare pixels of 8 or 16 bits per channel")
         .rare();
-    addText(app, "--video", options.output.video, "FILE.mp4",
-            "video to write with the program ffmpeg: H.264, nearly lossless, two eyes side by side");
-    addNumber(app, "--fps", options.output.fps, {0.001, 1000}, " frames a second", "N (default: 30)",
-              "frames per second stated in the video or y4m stream")
+    addVideo(app, options, "--video", CameraMotion::None,
+             "video to write with the program ffmpeg: H.264, nearly lossless, two eyes side by side");
+    addVideo(app, options, "--turntable", CameraMotion::Turntable,
+             "video of a full turn round what the cameras look at, or round --look-at from --position")
+        .excludes(optionOf(app, "--video"));
+    OptionHandle way = addVideo(app, options, "--interpolate", CameraMotion::Interpolate,
+                                "video of a smooth way through the cameras: photographs in the order of their names, "
+                                "named ones and trajectories as they are given");
+    for (const char* other : {"--video", "--turntable", "--position", "--look-at"})
+        way.excludes(optionOf(app, other));
+    addNumber(app, "--seconds", options.cameras.seconds, {0.1, 600}, " seconds", "S (default: 10, or by the cameras)",
+              "length of --turntable or --interpolate; by default a way takes a second from camera to camera, 2 to 30 "
+              "in all")
+        .rare();
+    addNumber(app, "--fps", options.cameras.fps, {0.001, 1000}, " frames a second",
+              "N (default: the trajectory's, or 30)", "frames per second of the video or y4m stream")
         .rare();
     addChoice<PixelDepth>(app, "--depth", options.output.depth, {{"8", PixelDepth::Eight}, {"16", PixelDepth::Sixteen}},
                           "default: 8", "bits per channel of a PNG")
@@ -106,6 +137,7 @@ void checkOut(const CLI::App& app, const PlayOptions& options)
     checkEffect(app, "--fps",
                 !options.output.video.empty() || (is_stream && options.output.stream == StreamFormat::Y4m),
                 "--video or --out - --stream y4m");
+    checkEffect(app, "--seconds", options.cameras.motion != CameraMotion::None, "--turntable or --interpolate");
     checkEffect(app, "--overwrite",
                 (!options.output.out.empty() && !is_stream) || !options.output.video.empty() ||
                     (!options.output.stats.empty() && !isStandardOutput(options.output.stats)),
@@ -113,15 +145,18 @@ void checkOut(const CLI::App& app, const PlayOptions& options)
     if (is_stream && isStandardOutput(options.output.stats))
         throw Error(ErrorCode::Usage, "--stats -", "--out - has standard output", "one of them", "give --stats a file");
     if ((is_stream || !options.output.video.empty()) && options.shard.isGiven())
-        throw Error(ErrorCode::Usage, is_stream ? "--out -" : "--video", "is one stream",
+        throw Error(ErrorCode::Usage, is_stream ? "--out -" : options.output.video_option, "is one stream",
                     "the files of --shard " + options.shard.text(),
                     "give --out a pattern of names, or leave --shard out");
     if (!options.output.video.empty() && !options.output.video.ends_with(".mp4"))
-        throw Error(ErrorCode::Unsupported, "--video " + options.output.video, "has another ending", ".mp4",
-                    "choose such a name, or pipe --out - into ffmpeg");
+        throw Error(ErrorCode::Unsupported, options.output.video_option + " " + options.output.video,
+                    "has another ending", ".mp4", "choose such a name, or pipe --out - into ffmpeg");
     if (!options.output.out.empty() && !is_stream && !isImageExtension(options.output.out))
         throw Error(ErrorCode::Unsupported, "--out " + options.output.out, "this build cannot write such a file",
-                    "one of " + imageExtensions(), "choose one of them");
+                    "one of " + imageExtensions() + ", or a folder",
+                    isImageExtension("a.jpg")
+                        ? "choose one of them, or put / behind a folder"
+                        : "choose one of them, put / behind a folder, or use a build with GSC_WITH_OIIO");
 }
 
 ErrorCode runPlay(const PlayOptions& options, Reporter& report)
@@ -141,6 +176,7 @@ void addPlayOptions(CLI::App& app, PlayOptions& options)
 {
     addFile(app, options);
     addCameras(app, options);
+    addOwnCamera(app, options);
     addFrames(app, options);
     addViewOptions(app, options);
     addRunOptions(app, options);
@@ -149,11 +185,22 @@ void addPlayOptions(CLI::App& app, PlayOptions& options)
     addOutputOptions(app, options);
 }
 
+void settlePlayOptions(PlayOptions& options)
+{
+    std::string& out = options.output.out;
+    std::error_code code;
+    if (out.empty() || isStandardOutput(out) || !(out.ends_with('/') || std::filesystem::is_directory(out, code)))
+        return;
+    out += out.ends_with('/') ? "" : "/";
+    out += options.view.eyes == 2 ? "{frame:04}_{name}_{eye}.png" : "{frame:04}_{name}.png";
+}
+
 void checkPlayOptions(const CLI::App& app, const PlayOptions& options)
 {
     if (options.model.file.empty())
         throw Error(ErrorCode::Usage, "FILE", "not given", "a .gsc behind gsc-play", "see gsc-play --help");
     checkRenderOptions(app, options, false);
+    checkOwnCamera(app, options.cameras);
     checkWorkerOptions(app, options);
     checkEffect(app, "--device", !options.devices.backend.starts_with("cpu"), "--backend cuda or auto");
     checkOut(app, options);
@@ -179,6 +226,7 @@ void addPlayCommand(CLI::App& root, Invocation& invocation)
             };
             return;
         }
+        settlePlayOptions(*options);
         checkPlayOptions(root, *options);
         invocation.run = [options](Reporter& report) { return runPlay(*options, report); };
     });

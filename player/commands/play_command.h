@@ -11,6 +11,8 @@ class App;
 namespace gsc {
 
 void addPlayOptions(CLI::App& app, PlayOptions& options);
+// Call after parsing: --out of a folder becomes a pattern of pictures in it.
+void settlePlayOptions(PlayOptions& options);
 // Throws Error (Usage, Unsupported) if options contradict each other.
 void checkPlayOptions(const CLI::App& app, const PlayOptions& options);
 

@@ -3,6 +3,7 @@
 
 #include <gsc/error.h>
 #include <gsc/file/output_paths.h>
+#include "player/frames/made_cameras.h"
 #include "runtime/cameras/length.h"
 #include "runtime/records/reuse_names.h"
 #include "runtime/cli/options.h"
@@ -133,11 +134,40 @@ void addCameraReading(CLI::App& app, PlayOptions& options)
 
 void addCameras(CLI::App& app, PlayOptions& options)
 {
-    addText(app, "--cameras", options.cameras.file, "stored|FILE.json (default: stored)",
-            "cameras to draw: those stored in FILE, or of a file: cameras.json of a trained model, transforms.json, "
-            "nerfstudio's camera_path.json or a trajectory (schemas/trajectory.schema.json), or of a folder: a COLMAP "
-            "model, a data set or a trained model");
+    detail::addValue(
+        app, "--cameras", "stored|FILE.json (default: stored)",
+        "cameras to draw: those stored in FILE, some of them by name (stored:NAME,NAME), or of a file: cameras.json of "
+        "a trained model, transforms.json, nerfstudio's camera_path.json or a trajectory "
+        "(schemas/trajectory.schema.json), or of a folder: a COLMAP model, a data set or a trained model",
+        [&options](const std::string& name, const std::string& text) {
+            if (!parseCameras(text, options.cameras))
+                detail::failValue(name, text, "holds an empty name", "stored:NAME or stored:NAME,NAME");
+        });
     addCameraReading(app, options);
+}
+
+void addOwnCamera(CLI::App& app, PlayOptions& options)
+{
+    const auto add = [&](const char* option, std::optional<std::array<double, 3>>& place, const char* help) {
+        detail::addValue(app, option, "X,Y,Z", help, [&place](const std::string& name, const std::string& text) {
+            if (!(place = parsePlace(text)))
+                detail::failValue(name, text, "no place", "three numbers of at most 1e15, such as 0.5,-1,2");
+        });
+    };
+    add("--position", options.cameras.position,
+        "place of a camera of your own, in world units, with the lens of the first one of --cameras (60 degrees wide "
+        "if "
+        "there is none) and a level horizon");
+    add("--look-at", options.cameras.look_at, "place that the camera of --position has in the middle of its picture");
+}
+
+void checkOwnCamera(const CLI::App& app, const CameraChoice& choice)
+{
+    checkEffect(app, "--position", choice.look_at.has_value(), "--look-at");
+    checkEffect(app, "--look-at", choice.position.has_value(), "--position");
+    if (choice.position && !hasDirection({*choice.position, *choice.look_at}))
+        throw Error(ErrorCode::Usage, "--look-at", "is the place of --position", "another, to look at",
+                    "pass another place");
 }
 
 void addFrames(CLI::App& app, PlayOptions& options)

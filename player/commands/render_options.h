@@ -14,7 +14,10 @@ namespace gsc {
 void addFile(CLI::App& app, PlayOptions& options);
 void addCameras(CLI::App& app, PlayOptions& options);
 void addCameraReading(CLI::App& app, PlayOptions& options); // adds the options on how camera files are read
-void addFrames(CLI::App& app, PlayOptions& options);        // adds --frames A:B
+void addOwnCamera(CLI::App& app, PlayOptions& options);     // adds --position and --look-at
+// Throws Error(Usage) if one of --position and --look-at is missing, or both are the same place.
+void checkOwnCamera(const CLI::App& app, const CameraChoice& choice);
+void addFrames(CLI::App& app, PlayOptions& options); // adds --frames A:B
 // Adds the options for picture size, angle of view and eyes, and those of addLookOptions().
 void addViewOptions(CLI::App& app, PlayOptions& options, const std::string& size = "the camera's");
 void addLookOptions(CLI::App& app, PlayOptions& options); // adds the options for colours and for drawing two eyes

@@ -3,6 +3,7 @@
 
 #include "format/numbers/count_text.h"
 #include <gsc/error.h>
+#include "player/frames/chosen_cameras.h"
 #include "runtime/cameras/json_fields.h"
 #include "runtime/cameras/scene_cameras.h"
 
@@ -77,22 +78,6 @@ double eyeDistance(const Scene& scene, const std::string& file, const Trajectory
     return metres * metre->units;
 }
 
-// Throws if the range of frames that was asked for ends behind the last camera.
-void checkRange(const CameraChoice& choice, size_t cameras)
-{
-    if (choice.first >= cameras)
-        throw Error(ErrorCode::Usage, choice.range.empty() ? "--frames" : choice.range,
-                    formatString("camera %llu is not there", static_cast<unsigned long long>(choice.first)),
-                    formatString("at most %zu", cameras - 1), "pass one of those");
-    const bool open_end = choice.end == std::numeric_limits<uint64_t>::max();
-    if (choice.may_end_sooner || open_end || choice.end <= cameras)
-        return;
-    const std::string name = choice.range.substr(0, choice.range.find(' '));
-    const auto first = static_cast<unsigned long long>(choice.first);
-    throw Error(ErrorCode::Usage, choice.range, "ends behind the last camera", formatString("at most %zu", cameras),
-                formatString("pass %s %llu:%zu or %llu:", name.c_str(), first, cameras, first));
-}
-
 // Warns if cameras have pixels that are not square: --fov is one angle, and the other follows as for square pixels.
 void tellSquared(const std::vector<Camera>& cameras, const std::string& file, const ViewChoice& view, Reporter& log)
 {
@@ -113,15 +98,13 @@ void tellSquared(const std::vector<Camera>& cameras, const std::string& file, co
                                  file.c_str()));
 }
 
-std::vector<Shot> cutShots(std::vector<Camera> cameras, const TrajectoryFacts& facts, double ipd,
-                           const CameraChoice& choice, const ViewChoice& view)
+std::vector<Shot> cutShots(ChosenCameras chosen, double ipd, const ViewChoice& view)
 {
-    checkRange(choice, cameras.size());
+    const std::vector<EyeView>& views = chosen.facts.views;
     std::vector<Shot> shots;
-    const uint64_t end = std::min<uint64_t>(choice.end, cameras.size());
-    for (uint64_t i = choice.first; i < end; ++i) {
-        Camera& camera = cameras[i];
-        if (facts.views.empty()) {
+    for (size_t i = 0; i < chosen.cameras.size(); ++i) {
+        Camera& camera = chosen.cameras[i];
+        if (views.empty()) {
             const bool keeps_size = view.sizes_others && camera.width > 0;
             finishCamera(camera, keeps_size ? 0 : view.width, keeps_size ? 0 : view.height, view.fov_x);
         } else {
@@ -131,11 +114,11 @@ std::vector<Shot> cutShots(std::vector<Camera> cameras, const TrajectoryFacts& f
             throw Error(ErrorCode::Usage, "camera " + camera.name,
                         formatString("its image is %u x %u pixels", camera.width, camera.height),
                         formatString("1 to %u each", kMaxImageSide), "pass --size WxH");
-        Shot shot{camera, i, -1, ipd, std::nullopt};
-        if (!facts.views.empty())
-            shot.camera = eyeOfHead(camera, facts.views[0]);
-        if (view.eyes == 2 && facts.views.size() == 2)
-            shot.right_eye = eyeOfHead(camera, facts.views[1]);
+        Shot shot{camera, chosen.numbers[i], -1, ipd, std::nullopt};
+        if (!views.empty())
+            shot.camera = eyeOfHead(camera, views[0]);
+        if (view.eyes == 2 && views.size() == 2)
+            shot.right_eye = eyeOfHead(camera, views[1]);
         shots.push_back(std::move(shot));
     }
     return shots;
@@ -175,25 +158,23 @@ void chooseAppearance(const Scene& scene, const std::string& model, int row, std
 std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, const CameraChoice& choice,
                               const ViewChoice& view, Reporter& log, ShotFacts* told)
 {
-    TrajectoryFacts facts;
-    std::vector<std::string> warnings;
-    std::vector<Camera> cameras =
-        sceneCameras(scene, choice.file, {choice.ignore_distortion, choice.transform, &warnings}, &facts);
-    if (cameras.empty())
-        throw Error(ErrorCode::Usage, model, "holds no cameras", "some to play", "pass --cameras FILE");
-    for (const std::string& text : warnings)
-        log.warning(text);
+    ChosenCameras chosen = chooseCameras(scene, model, choice, view, log);
+    const TrajectoryFacts facts = chosen.facts;
+    const std::array<double, 3> up = chosen.up;
     if (!facts.views.empty())
         checkViews(facts, choice.file, view);
-    tellSquared(cameras, choice.file, view, log);
+    tellSquared(chosen.cameras, choice.file, view, log);
     const double ipd = eyeDistance(scene, model, facts, choice, view, log);
-    std::vector<Shot> shots = cutShots(std::move(cameras), facts, ipd, choice, view);
-    for (Shot& shot : shots)
+    std::vector<Shot> shots = cutShots(std::move(chosen), ipd, view);
+    for (Shot& shot : shots) {
         std::copy_n(scene.view().origin, 3, shot.origin);
+        shot.up = up;
+    }
     chooseAppearance(scene, model, choice.appearance, shots, log);
     if (told != nullptr)
         *told = {facts.name,
-                 facts.is_path ? "" : "the cameras of " + (choice.isFile() ? choice.file : model) + " are in no order"};
+                 facts.is_path ? "" : "the cameras of " + (choice.isFile() ? choice.file : model) + " are in no order",
+                 choice.fps > 0 ? choice.fps : facts.fps};
     return shots;
 }
 

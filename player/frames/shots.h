@@ -15,8 +15,9 @@
 namespace gsc {
 
 struct ShotFacts {
-    std::string title;   // title stated in the trajectory; empty = none
-    std::string no_path; // reason why the shots are no path, as the end of a message; empty = they are a path
+    std::string title;        // title stated in the trajectory; empty = none
+    std::string no_path;      // reason why the shots are no path, as the end of a message; empty = they are a path
+    double fps = kDefaultFps; // frames per second that were asked for, or that the trajectory states
 };
 
 // Reads the cameras; returns at least one shot. Warns if a row of the appearance embedding had to be chosen for a

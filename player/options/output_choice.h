@@ -13,7 +13,7 @@ struct OutputChoice {
     PixelDepth depth = PixelDepth::Eight;
     StreamFormat stream = StreamFormat::Y4m; // format of the stream that --out - writes
     std::string video;                       // path of a video; empty = none
-    double fps = 30;                         // frames per second of a Y4M stream and of a video
+    std::string video_option = "--video";    // option that named it, for messages
     std::string stats;                       // path of the file of numbers, a line for each frame; empty = none
     bool overwrite = false;
 };

@@ -250,10 +250,10 @@ void VideoFile::commit()
     m_encoder->file.commit();
 }
 
-void checkVideoProgram()
+void checkVideoProgram(const std::string& option)
 {
     if (videoProgram().empty())
-        throw Error(ErrorCode::Unsupported, "--video", "there is no ffmpeg in PATH", "the program that encodes",
+        throw Error(ErrorCode::Unsupported, option, "there is no ffmpeg in PATH", "the program that encodes",
                     "install it (ffmpeg), or pipe --out - into another");
 }
 

@@ -32,7 +32,7 @@ private:
     bool m_padded = false;
 };
 
-// Throws Error(Unsupported) if ffmpeg is not in PATH.
-void checkVideoProgram();
+// Throws Error(Unsupported) if ffmpeg is not in PATH; `option` asked for it.
+void checkVideoProgram(const std::string& option = "--video");
 
 } // namespace gsc

@@ -77,7 +77,7 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
         // without the device's number, because shards on one machine use a device each
         summary.backend = renderer->id().backend;
     shard.check(shots, summary.backend, summary.tier);
-    outputs.open(log);
+    outputs.open(facts.fps, log);
     summary.set_frames = shots.size();
     summary.shard_frames = shard.own();
     summary.frames_before = shard.own() - shard.frames().size();

@@ -59,7 +59,7 @@ PlayOutputs::PlayOutputs(const PlayOptions& options, const std::vector<Shot>& sh
         loadImageWriter(m_paths.front());
 }
 
-void PlayOutputs::open(Reporter& log)
+void PlayOutputs::open(double fps, Reporter& log)
 {
     for (const NamedPath& file : m_files)
         makeFolderOf(file.path);
@@ -69,10 +69,10 @@ void PlayOutputs::open(Reporter& log)
         m_stats.emplace(to.stats, OutputKind::Text, to.overwrite);
     const Camera& first = m_shots.front().camera;
     if (m_streams)
-        m_stream.emplace(to.stream, first.width, first.height, uint32_t(m_eyes), to.fps, standardOutputSink());
+        m_stream.emplace(to.stream, first.width, first.height, uint32_t(m_eyes), fps, standardOutputSink());
     if (to.video.empty())
         return;
-    m_video.emplace(to.video, first.width, first.height, uint32_t(m_eyes), to.fps, to.overwrite);
+    m_video.emplace(to.video, first.width, first.height, uint32_t(m_eyes), fps, to.overwrite);
     warnOfOddSides(to.video, first.width * uint32_t(m_eyes), first.height, log);
 }
 
@@ -85,7 +85,7 @@ std::vector<NamedPath> PlayOutputs::checkPaths(Reporter& log) const
     if (!to.stats.empty())
         outputs.push_back({to.stats, "--stats"});
     if (!to.video.empty())
-        outputs.push_back({to.video, "--video"});
+        outputs.push_back({to.video, to.video_option});
     if (m_options.cameras.isFile())
         inputs.push_back({m_options.cameras.file, "the camera file"});
     checkStandardOutput(to.stats, "--stats", log.json());
@@ -98,7 +98,7 @@ std::vector<NamedPath> PlayOutputs::checkPaths(Reporter& log) const
     if (!to.stats.empty())
         checkOutput(to.stats, OutputKind::Text, to.overwrite || m_options.shard.isGiven(), OutputFolder::IsMade);
     if (!to.video.empty()) {
-        checkVideoProgram();
+        checkVideoProgram(to.video_option);
         checkOutput(to.video, OutputKind::Binary, to.overwrite, OutputFolder::IsMade);
     }
     return outputs;
@@ -109,7 +109,7 @@ void PlayOutputs::checkOneSize() const
     const Camera& first = m_shots.front().camera;
     for (const Shot& shot : m_shots)
         if (shot.camera.width != first.width || shot.camera.height != first.height)
-            throw Error(ErrorCode::Usage, m_options.output.video.empty() ? "--out -" : "--video",
+            throw Error(ErrorCode::Usage, m_options.output.video.empty() ? "--out -" : m_options.output.video_option,
                         formatString("camera %s has %u x %u pixels", shot.camera.name.c_str(), shot.camera.width,
                                      shot.camera.height),
                         formatString("%u x %u as all before it", first.width, first.height),

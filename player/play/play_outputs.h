@@ -26,7 +26,8 @@ public:
     PlayOutputs(const PlayOptions& options, const std::vector<Shot>& shots, FrameShard& shard, Reporter& log);
     // Makes folders and opens the shard's file, the stream, the video and the statistics. Call it once nothing else
     // can be refused. Throws Error(Io).
-    void open(Reporter& log);
+    // `fps`: frames per second of the stream and the video.
+    void open(double fps, Reporter& log);
 
     // Writes the pictures of shot number `shot` and the line `stats` of numbers. Returns the paths of the written
     // images, left eye first. Throws Error(Io).

@@ -6,7 +6,6 @@
 #include "runtime/cameras/length.h"
 #include "player/devices/worker_options.h"
 #include "runtime/records/reuse_names.h"
-#include "runtime/cameras/world_up.h"
 
 #include <algorithm>
 #include <cmath>
@@ -28,18 +27,10 @@ constexpr double kCameraSeconds = 1;  // time of a flight from one camera to the
 constexpr double kSettingStep = 0.25; // step of a level setting by key, in levels
 constexpr double kSplitStep = 0.02;   // step of the dividing line by key, share of the width
 
-std::vector<Camera> camerasOf(const std::vector<Shot>& shots)
-{
-    std::vector<Camera> cameras;
-    for (const Shot& shot : shots)
-        cameras.push_back(shot.camera);
-    return cameras;
-}
-
 NavigationWorld worldOf(const Scene& scene, const std::vector<Shot>& shots)
 {
     NavigationWorld world;
-    std::ranges::copy(worldUp(camerasOf(shots)), world.up);
+    std::ranges::copy(shots.front().up, world.up);
     if (const std::optional<Metre> metre = metreOfManifest(scene.manifest()))
         world.metre = metre->units;
     const ModelView& view = scene.view();

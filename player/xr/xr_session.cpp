@@ -6,7 +6,6 @@
 #include <gsc/interrupt.h>
 #include "kernels/threads/stopwatch.h"
 #include "runtime/cameras/length.h"
-#include "runtime/cameras/world_up.h"
 #include "player/frames/lod_target.h"
 #include "player/xr/place_file.h"
 
@@ -44,10 +43,7 @@ double metreOf(const Scene& scene, const XrOptions& options)
 
 std::array<double, 3> upOf(const std::vector<Shot>& shots)
 {
-    std::vector<Camera> cameras;
-    for (const Shot& shot : shots)
-        cameras.push_back(shot.camera);
-    return worldUp(cameras);
+    return shots.front().up;
 }
 
 SpacePose headOf(const std::vector<SpaceEye>& eyes)

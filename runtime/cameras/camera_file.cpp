@@ -36,17 +36,20 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
         const JsonObject object(root, name);
         stated.is_path = object.has("schema") || object.has("camera_path");
         const auto holds = [&](const char* key) { return object.has(key) && object.at(key).is_array(); };
-        if (object.has("schema"))
+        if (object.has("schema")) {
             cameras = trajectoryCameras(object, stated, how);
-        else if ((may_be_moved = holds("frames")))
+        } else if ((may_be_moved = holds("frames"))) {
             cameras = transformsCameras(object, how);
-        else if (holds("camera_path"))
+        } else if (holds("camera_path")) {
             cameras = nerfstudioCameras(object, how);
-        else
+            if (object.has("fps") && object.at("fps").is_number())
+                stated.fps = std::max(0.0, object.at("fps").get<double>());
+        } else {
             throw Error(ErrorCode::InvalidFile, name, "no camera file",
                         "upstream's cameras.json (an array), a transforms.json (\"frames\"), nerfstudio's "
                         "camera_path.json or a trajectory (\"schema\": \"gsc.trajectory/1\")",
                         "pass one of these");
+        }
     } else {
         cameras = trainerCameras(root, name, how);
     }

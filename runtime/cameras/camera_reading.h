@@ -34,6 +34,7 @@ struct CameraReading {
 // Statements of a trajectory beside its frames. If it states views, each frame is the pose of the head.
 struct TrajectoryFacts {
     std::string name;           // name of the trajectory; empty = not stated
+    double fps = 0;             // frames per second; 0 = not stated
     double ipd = 0;             // distance of the eyes in world units, 0 = not stated
     std::vector<EyeView> views; // view of each eye, left eye first; empty = not stated
     bool is_path = false;       // successive frames lie near each other; those of photographs need not

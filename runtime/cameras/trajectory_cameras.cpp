@@ -49,7 +49,15 @@ void readFrameLens(const JsonObject& frame, Camera& camera)
     }
 }
 
-std::vector<Camera> readFrames(const JsonObject& root, const CameraReading& how)
+// Frames per second by the times of all frames in seconds; 0 if they do not pass.
+double rateOf(const std::vector<double>& times)
+{
+    return times.size() > 1 && times.back() > times.front() ? double(times.size() - 1) / (times.back() - times.front())
+                                                            : 0;
+}
+
+// `fps`: receives the rate that the times of the frames have, 0 if not every frame states one
+std::vector<Camera> readFrames(const JsonObject& root, double& fps, const CameraReading& how)
 {
     const std::string schema = root.text("schema");
     if (schema != "gsc.trajectory/1")
@@ -57,7 +65,8 @@ std::vector<Camera> readFrames(const JsonObject& root, const CameraReading& how)
     const ParsedJson& frames = root.at("frames");
     if (!frames.is_array())
         root.fail("frames", "no array", "an array of frames");
-    const auto read = [&root](const JsonObject& frame, CameraFindings& found, size_t i) {
+    std::vector<double> times;
+    const auto read = [&root, &times](const JsonObject& frame, CameraFindings& found, size_t i) {
         Camera camera;
         camera.name = frame.has("name") ? frame.text("name") : formatString("%04zu", i);
         readRotation(frame, camera.rotation);
@@ -79,10 +88,13 @@ std::vector<Camera> readFrames(const JsonObject& root, const CameraReading& how)
         if (frame.has("appearance"))
             camera.appearance = int(frame.integer("appearance", 0, INT32_MAX));
         if (frame.has("time"))
-            (void)frame.number("time");
+            times.push_back(frame.number("time"));
         return camera;
     };
-    return readEach({frames, root.where(), "frame", kFrameKeys, &root, kTrajectoryKeys}, how, read);
+    std::vector<Camera> cameras =
+        readEach({frames, root.where(), "frame", kFrameKeys, &root, kTrajectoryKeys}, how, read);
+    fps = times.size() == cameras.size() ? rateOf(times) : 0;
+    return cameras;
 }
 
 // Reads an angle between the eye's forward axis and one side of the view; it may be negative.
@@ -138,7 +150,9 @@ std::vector<EyeView> readViews(const JsonObject& root, const CameraReading& how)
 
 std::vector<Camera> trajectoryCameras(const JsonObject& root, TrajectoryFacts& facts, const CameraReading& how)
 {
-    std::vector<Camera> cameras = readFrames(root, how);
+    std::vector<Camera> cameras = readFrames(root, facts.fps, how);
+    if (root.has("fps"))
+        facts.fps = root.positive("fps");
     facts.ipd = root.has("ipd") ? root.positive("ipd") : 0;
     facts.name = root.has("name") ? root.text("name") : "";
     facts.views = readViews(root, how);

@@ -8,6 +8,8 @@ namespace gsc {
 
 namespace {
 
+constexpr size_t kLongest = 64; // longest word that counts as a misspelling
+
 size_t distance(const std::string& a, const std::string& b)
 {
     std::vector<size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
@@ -36,7 +38,6 @@ std::string lowerCase(std::string text)
 
 std::string nearestWord(const std::string& word, const std::vector<std::string>& known)
 {
-    constexpr size_t kLongest = 64; // a longer word counts as no misspelling
     if (word.empty() || word.size() > kLongest)
         return "";
     const std::string lower = lowerCase(word);
@@ -54,6 +55,28 @@ std::string nearestWord(const std::string& word, const std::vector<std::string>&
         }
     }
     return best;
+}
+
+std::vector<std::string> nearestWords(const std::string& word, const std::vector<std::string>& known, size_t count)
+{
+    const std::string lower = lowerCase(word.substr(0, kLongest));
+    struct Found {
+        size_t edits, differs; // index of the first letter that differs
+        const std::string* word;
+    };
+    std::vector<Found> found;
+    for (const std::string& candidate : known) {
+        const std::string other = lowerCase(candidate.substr(0, kLongest));
+        const auto first = std::mismatch(lower.begin(), lower.end(), other.begin(), other.end()).first;
+        found.push_back({distance(lower, other), size_t(first - lower.begin()), &candidate});
+    }
+    std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
+        return a.edits != b.edits ? a.edits < b.edits : a.differs > b.differs;
+    });
+    std::vector<std::string> words;
+    for (size_t i = 0; i < std::min(count, found.size()); ++i)
+        words.push_back(*found[i].word);
+    return words;
 }
 
 std::string listWords(const std::vector<std::string>& words)

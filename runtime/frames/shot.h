@@ -6,6 +6,7 @@
 #include <gsc/camera.h>
 #include <gsc/scene.h>
 
+#include <array>
 #include <cstdint>
 #include <optional>
 
@@ -18,7 +19,8 @@ struct Shot {
     double ipd = 0;      // distance between two eyes, world units; 0 = one eye, or right_eye is set
     // right eye, if a trajectory states a view for each eye; `camera` is then the left one
     std::optional<Camera> right_eye;
-    double origin[3] = {}; // ModelView::origin of the scene that is rendered
+    double origin[3] = {};                 // ModelView::origin of the scene that is rendered
+    std::array<double, 3> up = {0, -1, 0}; // direction up in the world: worldUp() of all cameras of the file
 };
 
 // Returns a shot with one eye, at a camera; its appearance is that of appearanceFor().

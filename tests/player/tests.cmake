@@ -12,6 +12,7 @@ if(TARGET gsc_player)
   gsc_add_test(test_play_options SOURCES player/test_play_options.cpp LIBS gsc_player gsc_test_tiny CLI11::CLI11)
   gsc_add_test(test_navigation SOURCES player/test_navigation.cpp LIBS gsc_player glm::glm)
   gsc_add_test(test_rest_pictures SOURCES player/test_rest_pictures.cpp LIBS gsc_player)
+  gsc_add_test(test_made_cameras SOURCES player/test_made_cameras.cpp LIBS gsc_player gsc_test_tiny glm::glm)
   gsc_add_test(test_path_recorder SOURCES player/test_path_recorder.cpp LIBS gsc_player glm::glm)
   gsc_add_test(test_roofline SOURCES player/test_roofline.cpp LIBS gsc_player)
   gsc_add_test(test_accuracy SOURCES player/test_scorer.cpp player/test_fovea.cpp
@@ -30,7 +31,7 @@ if(TARGET gsc_player)
   if(NOT GSC_SYSTEM_PYTHON)
     set(GSC_SYSTEM_PYTHON ${Python3_EXECUTABLE})
   endif()
-  foreach(cli test_play_cli test_play_outputs test_bench_cli)
+  foreach(cli test_play_cli test_play_outputs test_own_pictures test_bench_cli)
     add_test(NAME ${cli}
              COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/${cli}.py ${PROJECT_SOURCE_DIR}
                      $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc> $<TARGET_FILE:write_bench_report>)
