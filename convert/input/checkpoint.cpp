@@ -59,10 +59,10 @@ ModelFamily detectFamily(const PlyHeader& header, const std::string& path)
 {
     if (header.find("f_dc_0"))
         throw Error(ErrorCode::Unsupported, path,
-                    std::string("has columns f_dc_<n>, so this is ") +
-                        (header.find("f_offset_0") ? "an Octree-AnyGS model of explicit 3DGS or 2DGS Gaussians"
-                                                   : "a plain 3DGS or 2DGS model"),
-                    "anchors with MLPs", "train with Scaffold-GS or Octree-GS");
+                    header.find("f_offset_0")
+                        ? "is an Octree-AnyGS model of explicit 3DGS or 2DGS Gaussians (columns f_dc_<n>)"
+                        : "is a plain 3D Gaussian PLY (columns f_dc_<n>), not a structured model",
+                    "anchors with networks", "open it in a viewer of 3DGS, or train with Scaffold-GS or Octree-GS");
     if (header.find("filter_3D"))
         throw Error(ErrorCode::Unsupported, path,
                     "has a column filter_3D, by which its trainer widens every Gaussian as Mip-Splatting does",

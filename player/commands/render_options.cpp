@@ -116,7 +116,7 @@ OptionHandle addBackend(CLI::App& app, const char* name, std::string& field, boo
 
 void addFile(CLI::App& app, PlayOptions& options)
 {
-    addText(app, "FILE", options.model.file, "FILE.gsc", "model to play");
+    addText(app, "FILE", options.model.file, "FILE.gsc|MODEL", "model to play: a .gsc, or a trained model's folder");
 }
 
 void addCameraReading(CLI::App& app, PlayOptions& options)

@@ -4,6 +4,7 @@
 #include <gsc/error.h>
 #include "format/machine/threads.h"
 #include "kernels/threads/stopwatch.h"
+#include "player/model/converted_model.h"
 #include "player/devices/worker_options.h"
 #include "runtime/service/service_renderer.h"
 
@@ -13,8 +14,9 @@
 
 namespace gsc {
 
-std::shared_ptr<const Scene> openScene(const ModelChoice& model, const DeviceChoice& choice)
+std::shared_ptr<const Scene> openScene(const ModelChoice& model, const DeviceChoice& choice, Reporter& log)
 {
+    convertModel(model.file, log);
     const WorkerOptions& workers = choice.workers;
     DeviceId first{choice.backend, choice.device};
     if (workers.several())
@@ -26,7 +28,7 @@ std::shared_ptr<const Scene> openScene(const ModelChoice& model, const DeviceCho
     } catch (const std::system_error&) {
         // no thread could be started; starting the device early only saves time
     }
-    return Scene::open(model.file, model.verify);
+    return Scene::open(gscPath(model.file), model.verify);
 }
 
 std::unique_ptr<Renderer> openRenderer(const ModelChoice& model, const DeviceChoice& choice,

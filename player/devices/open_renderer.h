@@ -10,8 +10,9 @@
 
 namespace gsc {
 
-// Opens the model's file and checks it as Scene::open() does. Another thread starts the device in the meantime.
-std::shared_ptr<const Scene> openScene(const ModelChoice& model, const DeviceChoice& choice);
+// Opens the model's file, or what convertModel() makes of a trained model, and checks it as Scene::open() does. Another
+// thread starts the device in the meantime.
+std::shared_ptr<const Scene> openScene(const ModelChoice& model, const DeviceChoice& choice, Reporter& log);
 
 // Makes a renderer with the model loaded. If the options ask for several devices, they act as one renderer
 // (runtime/service/service_renderer.h). Otherwise, with --backend auto, the CPU loads a model for which a better

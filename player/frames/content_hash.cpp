@@ -3,6 +3,7 @@
 
 #include <gsc/file/mapped_file.h>
 #include <gsc/gsc_layout.h>
+#include "player/model/converted_model.h"
 
 #include <algorithm>
 #include <cstring>
@@ -22,7 +23,7 @@ void addPoses(std::span<const Shot> shots, uint32_t eye_count, Checksum64& sum)
 
 uint64_t fileHash(const std::string& path)
 {
-    const MappedFile file(path);
+    const MappedFile file(gscPath(path));
     FileHeader header{};
     std::memcpy(&header, file.bytes().data(), std::min(sizeof(header), file.bytes().size()));
     return header.header_checksum;

@@ -114,7 +114,7 @@ RunRow bench(const BenchOptions& options, Reporter& log)
         log.warning(rows.cutOff());
     checkFramesInFlight(options);
     const Clock::time_point open_start = Clock::now();
-    const std::shared_ptr<const Scene> scene = openScene(play.model, play.devices);
+    const std::shared_ptr<const Scene> scene = openScene(play.model, play.devices, log);
     const double open_ms = millisecondsSince(open_start);
     checkLevelOptions(*scene, play.model.file, play.frame);
     const Path path = openPath(*scene, play.model.file, play.cameras, play.view, play.cameras.file, log);

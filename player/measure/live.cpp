@@ -107,7 +107,7 @@ LiveSummary live(const LiveOptions& options, Reporter& log)
     const PlayOptions& play = options.play;
     checkTrace(options, log);
     LiveSummary summary;
-    const std::shared_ptr<const Scene> scene = openScene(play.model, play.devices);
+    const std::shared_ptr<const Scene> scene = openScene(play.model, play.devices, log);
     summary.file = {play.model.file, scene->bytes(), scene->anchorCount()};
     checkLevelOptions(*scene, play.model.file, play.frame);
     ShotFacts facts;

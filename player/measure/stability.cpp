@@ -152,7 +152,7 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
         checkStabilityOutput(options, files);
         rows.emplace(options.out, kRunRow, shard, "stability");
     }
-    const std::shared_ptr<const Scene> scene = openScene(options.play.model, options.play.devices);
+    const std::shared_ptr<const Scene> scene = openScene(options.play.model, options.play.devices, log);
     const PlayOptions& play = options.play;
     checkLevelOptions(*scene, play.model.file, play.frame);
     std::vector<Path> paths;

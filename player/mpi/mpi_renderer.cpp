@@ -4,6 +4,7 @@
 #include <gsc/error.h>
 #include "player/mpi/wire.h"
 #include "player/frames/content_hash.h"
+#include "player/model/converted_model.h"
 #include "runtime/backend/frame_checks.h"
 
 #include <algorithm>
@@ -92,14 +93,15 @@ public:
     {
         close();
         WireOpen open;
+        const std::string path = gscPath(m_model.file);
         open.file = openedFile(m_model.file);
         open.verify = m_model.verify;
         open.options = m_limits;
-        if (m_backend.size() >= sizeof(open.backend) || m_model.file.size() >= sizeof(open.path))
-            throw Error(ErrorCode::Usage, m_model.file, formatString("a path of %zu bytes", m_model.file.size()),
+        if (m_backend.size() >= sizeof(open.backend) || path.size() >= sizeof(open.path))
+            throw Error(ErrorCode::Usage, m_model.file, formatString("a path of %zu bytes", path.size()),
                         formatString("fewer than %zu", sizeof(open.path)), "use a shorter one");
         m_backend.copy(open.backend, sizeof(open.backend) - 1);
-        m_model.file.copy(open.path, sizeof(open.path) - 1);
+        path.copy(open.path, sizeof(open.path) - 1);
         send(WireCommand::Open);
         // no other thread sends this renderer a message in between
         wireSend(&open, sizeof(open), m_rank, replyTag(m_number));

@@ -5,14 +5,13 @@
 #include <gsc/file/output_file.h>
 #include "format/machine/machine.h"
 #include "format/machine/threads.h"
+#include "runtime/module/load_module.h"
 
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -26,21 +25,6 @@ namespace gsc {
 namespace {
 
 constexpr size_t kVideoThreads = 32; // most threads that ffmpeg may use
-
-// Returns the path of ffmpeg, empty if it is not in PATH.
-std::string videoProgram()
-{
-    const char* const path = std::getenv("PATH");
-    std::string_view rest = path != nullptr ? path : "/usr/local/bin:/usr/bin:/bin";
-    while (!rest.empty()) {
-        const size_t colon = rest.find(':');
-        const std::string folder(rest.substr(0, colon)), program = folder + "/ffmpeg";
-        if (!folder.empty() && ::access(program.c_str(), X_OK) == 0)
-            return program;
-        rest = colon == std::string_view::npos ? std::string_view() : rest.substr(colon + 1);
-    }
-    return {};
-}
 
 // Repeats the last row or column if the height or width of the video would be odd.
 Image evened(const Image& image, uint32_t width, uint32_t height)
@@ -140,7 +124,7 @@ struct VideoFile::Encoder {
 
     void start(const std::vector<std::string>& arguments)
     {
-        const std::string program = videoProgram();
+        const std::string program = programInPath("ffmpeg");
         int ends[2];
         if (::pipe2(ends, O_CLOEXEC) != 0)
             throw Error(ErrorCode::Io, "--video", formatString("no pipe to ffmpeg (%s)", std::strerror(errno)), "one",
@@ -252,7 +236,7 @@ void VideoFile::commit()
 
 void checkVideoProgram(const std::string& option)
 {
-    if (videoProgram().empty())
+    if (programInPath("ffmpeg").empty())
         throw Error(ErrorCode::Unsupported, option, "there is no ffmpeg in PATH", "the program that encodes",
                     "install it (ffmpeg), or pipe --out - into another");
 }

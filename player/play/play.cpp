@@ -52,7 +52,7 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
     PlaySummary summary;
     FrameShard shard(options);
     const auto open_start = std::chrono::steady_clock::now();
-    const std::shared_ptr<const Scene> scene = openScene(options.model, options.devices);
+    const std::shared_ptr<const Scene> scene = openScene(options.model, options.devices, log);
     summary.open_ms = millisecondsSince(open_start);
     summary.file = {options.model.file, scene->bytes(), scene->anchorCount()};
 

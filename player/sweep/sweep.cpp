@@ -86,7 +86,7 @@ class Sweep {
 public:
     Sweep(const BenchOptions& options, const SweepConfig& config, Reporter& log)
         : m_config(config), m_log(log), m_rows(options.out, options.play.shard.isGiven()),
-          m_scene(openScene(options.play.model, options.play.devices)), m_new_warnings(log)
+          m_scene(openScene(options.play.model, options.play.devices, log)), m_new_warnings(log)
     {
         const PlayOptions& play = options.play;
         checkLevelOptions(*m_scene, play.model.file, play.frame);

@@ -31,7 +31,7 @@ const PresentFunctions& presentFunctions()
 WindowSummary runWindow(const WindowOptions& options, Reporter& log)
 {
     checkJsonLines(options.log, options.play.output.overwrite, options.play.model.file, options.play.cameras.file);
-    const std::shared_ptr<const Scene> scene = openScene(options.play.model, options.play.devices);
+    const std::shared_ptr<const Scene> scene = openScene(options.play.model, options.play.devices, log);
     PresenterOptions presenter;
     presenter.title = options.play.model.file + " - gsc";
     if (options.play.view.width > 0) {

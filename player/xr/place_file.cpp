@@ -25,7 +25,7 @@ OrderedJson vectorJson(const glm::dvec3& v)
 
 std::string placePath(const std::string& model)
 {
-    return model + ".place.json";
+    return model.substr(0, model.find_last_not_of('/') + 1) + ".place.json"; // beside a folder, not in it
 }
 
 OrderedJson placeJson(const Placement& place)

@@ -134,7 +134,7 @@ XrSummary runXr(const XrOptions& options, Reporter& log)
     } catch (const Error& e) {
         throw HeadsetError(e);
     }
-    const std::shared_ptr<const Scene> scene = openScene(options.play.model, options.play.devices);
+    const std::shared_ptr<const Scene> scene = openScene(options.play.model, options.play.devices, log);
     const HeadsetFacts& facts = headset->facts();
     log.tell(formatString("%s on %s, %s of %ux%u", facts.headset.c_str(), facts.runtime.c_str(),
                           formatCount(facts.views.size(), "view").c_str(), facts.views.front().width,

@@ -5,6 +5,7 @@
 #include "format/machine/threads.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <string_view>
@@ -12,6 +13,7 @@
 
 #include <dlfcn.h>
 #include <sys/auxv.h>
+#include <unistd.h>
 
 namespace gsc {
 
@@ -68,6 +70,29 @@ bool isOfMemory(std::string_view why)
 }
 
 } // namespace
+
+std::string programInPath(const std::string& name)
+{
+    const char* const path = std::getenv("PATH");
+    std::string_view rest = path != nullptr ? path : "/usr/local/bin:/usr/bin:/bin";
+    while (!rest.empty()) {
+        const size_t colon = rest.find(':');
+        const std::string folder(rest.substr(0, colon)), program = folder + "/" + name;
+        if (!folder.empty() && ::access(program.c_str(), X_OK) == 0)
+            return program;
+        rest = colon == std::string_view::npos ? std::string_view() : rest.substr(colon + 1);
+    }
+    return {};
+}
+
+std::string ownProgram(const std::string& name)
+{
+    for (const fs::path& folder : programFolders())
+        for (const fs::path& program : {folder / name, folder.parent_path() / "bin" / name})
+            if (::access(program.c_str(), X_OK) == 0 && !fs::is_directory(program))
+                return program.string();
+    return programInPath(name);
+}
 
 const void* moduleFunctions(const char* name, size_t threads)
 {

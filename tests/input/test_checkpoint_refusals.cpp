@@ -243,7 +243,7 @@ TEST_CASE("refusals: explicit Gaussians")
     ply.columns = {"x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity"};
     ply.rows.assign(2, std::vector<float>(10));
     writeFile(folder.path() / "m/point_cloud.ply", ply.text());
-    refuses(folder.path() / "m", ErrorCode::Unsupported, "plain 3DGS or 2DGS", "train with Scaffold-GS");
+    refuses(folder.path() / "m", ErrorCode::Unsupported, "is a plain 3D Gaussian PLY", "train with Scaffold-GS");
     ply.columns[3] = "f_offset_0";
     writeFile(folder.path() / "m/point_cloud.ply", ply.text());
     refuses(folder.path() / "m", ErrorCode::Unsupported, "Octree-AnyGS model of explicit", "train with Scaffold-GS");

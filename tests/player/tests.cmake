@@ -55,6 +55,9 @@ if(TARGET gsc_player)
     add_test(NAME test_png COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_png.py ${PROJECT_SOURCE_DIR}
                                    $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc> $<TARGET_FILE:gsc>)
     set_tests_properties(test_png PROPERTIES LABELS cpu TIMEOUT 300)
+    add_test(NAME test_play_models COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_play_models.py
+                                              ${PROJECT_SOURCE_DIR} $<TARGET_FILE:gsc-play> $<TARGET_FILE:gsc>)
+    set_tests_properties(test_play_models PROPERTIES LABELS cpu TIMEOUT 300)
     add_test(NAME test_shards_parallel COMMAND ${shards} parallel)
     set_tests_properties(test_shards_parallel PROPERTIES LABELS "cpu;slow;long" TIMEOUT 1200)
     add_test(NAME test_paper COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_paper.py ${PROJECT_SOURCE_DIR}

@@ -3,12 +3,16 @@
 
 #include "convert/commands/export/export_gaussians.h"
 #include "convert/grids/grid_files.h"
+#include "convert/input/checkpoint.h"
+#include "convert/write/write_gsc.h"
+#include "format/file/trained_model.h"
 #include "runtime/records/report_parts.h"
 #include <gsc/file/output_file.h>
 #include <gsc/gsc_file.h>
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <optional>
 
 namespace gsc {
@@ -46,6 +50,7 @@ std::optional<ExportForm> formOf(const std::string& output)
 }
 
 struct ExportOptions {
+    std::string model;                // .gsc, or trained model that is converted first
     ExportForm to = ExportForm::Page; // form of the output; Page if --to is not given
     std::string page;                 // path of the page, --html
     GaussianExportOptions gaussians;  // options of the forms that hold Gaussians
@@ -97,7 +102,7 @@ std::string writtenText(const ExportOptions& options, uint64_t bytes)
 Json reportHead(const ExportOptions& options, uint64_t bytes)
 {
     return {{"schema", "gsc.export/1"},
-            {"path", options.gaussians.file},
+            {"path", options.model},
             {"output", options.gaussians.output},
             {"to", nameOf(options.to).name},
             {"bytes", bytes}};
@@ -186,6 +191,21 @@ void exportExplicit(const ExportOptions& options, Reporter& report)
     report.text(text);
 }
 
+// Writes the .gsc of a trained model for this run.
+void convertTo(const TemporaryGsc& file, const std::string& model, Reporter& report)
+{
+    const Checkpoint checkpoint = readCheckpoint(model, {});
+    for (const std::string& warning : checkpoint.warnings)
+        report.warning(warning);
+    WriteOptions write;
+    write.output = file.path();
+    for (const std::string& warning :
+         writeGsc(checkpoint, write, std::bind_front(&Reporter::progress, &report)).warnings)
+        report.warning(warning);
+    report.endProgress(false);
+    report.tell(model + ": converted for this run; gsc convert " + model + " keeps the file");
+}
+
 ErrorCode runExport(const ExportOptions& given, Reporter& report)
 {
     ExportOptions options = given;
@@ -212,7 +232,7 @@ ErrorCode runExport(const ExportOptions& given, Reporter& report)
     refuseIdle(options);
     if (options.spz_version > 0)
         common.spz_version = options.spz_version;
-    std::vector<NamedPath> inputs = {{common.file, "FILE"}};
+    std::vector<NamedPath> inputs = {{options.model, "FILE"}};
     if (!common.cameras.empty() && common.cameras != "stored")
         inputs.push_back({common.cameras, "--cameras"});
     checkOutputsDiffer(std::vector<NamedPath>{{common.output, options.page.empty() ? "--output" : "--html"}}, inputs);
@@ -220,11 +240,15 @@ ErrorCode runExport(const ExportOptions& given, Reporter& report)
         checkOutputFolder(common.output, common.overwrite);
     else
         checkOutput(common.output, OutputKind::Binary, common.overwrite);
+    std::optional<TemporaryGsc> converted;
+    if (isTrainedModel(options.model))
+        convertTo(converted.emplace(options.model), options.model, report);
+    common.file = converted ? converted->path() : options.model;
     if (isGrid(options.to))
         exportGrids(options, report);
     else
         exportExplicit(options, report);
-    report.done("exported " + common.file);
+    report.done("exported " + options.model);
     return ErrorCode::Ok;
 }
 
@@ -235,7 +259,7 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
     auto options = std::make_shared<ExportOptions>();
     GaussianExportOptions& gaussians = options->gaussians;
     CLI::App& command = addCommand(app, "export", "Write the Gaussians or grids of a .gsc file for other programs");
-    addText(command, "FILE", gaussians.file, "FILE.gsc", "file to read").required();
+    addText(command, "FILE", options->model, "FILE.gsc|MODEL", "file to read, or a trained model's folder").required();
     std::vector<std::pair<std::string, ExportForm>> forms;
     for (const FormName& form : kForms)
         if (form.form != ExportForm::Page)
