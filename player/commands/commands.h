@@ -6,6 +6,8 @@
 
 namespace gsc {
 
+struct WindowOptions;
+
 void addPlayCommand(CLI::App& root, Invocation& invocation);
 void addBenchCommand(CLI::App& root, Invocation& invocation);
 void addStabilityCommand(CLI::App& root, Invocation& invocation);
@@ -13,6 +15,9 @@ void addLiveCommand(CLI::App& root, Invocation& invocation);
 void addWindowCommand(CLI::App& root, Invocation& invocation);
 void addXrCommand(CLI::App& root, Invocation& invocation);
 void addBackendsCommand(CLI::App& root, Invocation& invocation);
+
+// Runs the command `window`.
+ErrorCode runWindowCommand(const WindowOptions& options, Reporter& report);
 
 // Runs the whole program: parses the command line and runs the command. Returns the exit code; never throws.
 int runGscPlay(int argc, const char* const* argv);

@@ -8,19 +8,25 @@
 #include "player/devices/worker_options.h"
 #include "player/play/play.h"
 #include "player/play/play_report.h"
+#include "player/window/window.h"
 #include "runtime/cli/options.h"
 #include "runtime/cli/version.h"
 #include <gsc/renderer.h>
 #include "player/commands/worker_flags.h"
 
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
+
+#include <unistd.h>
 
 namespace gsc {
 
 namespace {
 
 constexpr const char* kPlayExamples = R"(examples:
+  gsc-play room.gsc
+      a window to fly through it, or through a trained model's folder
   gsc-play room.gsc --out 'frames/{name}.png'
       every camera stored in the file, at its own size
   gsc-play room.gsc --cameras path.json --size 1920x1080 --video flight.mp4
@@ -159,8 +165,31 @@ void checkOut(const CLI::App& app, const PlayOptions& options)
                         : "choose one of them, put / behind a folder, or use a build with GSC_WITH_OIIO");
 }
 
+// Returns true if a person sits before a display, who sees nothing of what is drawn for nothing.
+bool isAtDisplay()
+{
+    const auto is_set = [](const char* name) {
+        const char* const value = std::getenv(name);
+        return value != nullptr && *value != '\0';
+    };
+    return ::isatty(STDIN_FILENO) && ::isatty(STDOUT_FILENO) && ::isatty(STDERR_FILENO) &&
+           (is_set("DISPLAY") || is_set("WAYLAND_DISPLAY"));
+}
+
 ErrorCode runPlay(const PlayOptions& options, Reporter& report)
 {
+    if (hasWindow() && !isForSomething(options, report) && isAtDisplay()) {
+        WindowOptions window;
+        window.play = options;
+        report.tell("opens a window; --out FOLDER writes pictures instead");
+        try {
+            return runWindowCommand(window, report);
+        } catch (const Error& e) {
+            if (e.code() != ErrorCode::Unsupported || (e.subject() != "display" && e.subject() != "window"))
+                throw;
+            throw Error(e.code(), e.subject(), e.found(), e.expected(), "add --out FOLDER to write pictures instead");
+        }
+    }
     const PlaySummary summary = play(options, report);
     report.endProgress(false);
     const std::string text =
@@ -198,7 +227,8 @@ void settlePlayOptions(PlayOptions& options)
 void checkPlayOptions(const CLI::App& app, const PlayOptions& options)
 {
     if (options.model.file.empty())
-        throw Error(ErrorCode::Usage, "FILE", "not given", "a .gsc behind gsc-play", "see gsc-play --help");
+        throw Error(ErrorCode::Usage, "FILE", "not given", "a .gsc or a trained model behind gsc-play",
+                    "see gsc-play --help");
     checkRenderOptions(app, options, false);
     checkOwnCamera(app, options.cameras);
     checkWorkerOptions(app, options);

@@ -31,7 +31,8 @@ gsc-play bench city.gsc --cameras path-0001.json.)";
 void addWindowOptions(CLI::App& app, WindowOptions& options)
 {
     const Heading heading(app, "Window");
-    addText(app, "--folder", options.folder, "DIR (default: .)", "folder for screenshots and recorded paths");
+    addText(app, "--folder", options.folder, "DIR (default: .)",
+            "folder for screenshots and recorded paths; it is made if it is missing");
     addText(app, "--log", options.log, "FILE",
             "file to write a JSON line per shown frame to (schemas/window-log.schema.json)");
     addFlag(app, "-w,--overwrite", options.play.output.overwrite, "replace the log if it exists");
@@ -46,10 +47,12 @@ void checkWindowOptions(const CLI::App& app, const WindowOptions& options)
     checkRenderOptions(app, options.play, false, true); // true: the person may switch to two eyes in the window
     checkWorkerOptions(app, options.play);
     checkEffect(app, "--overwrite", !options.log.empty(), "--log");
-    if (!std::filesystem::is_directory(options.folder))
-        throw Error(ErrorCode::Io, options.folder, "no folder", "one for screenshots and paths",
-                    "make it, or pass another with --folder");
+    if (std::filesystem::exists(options.folder) && !std::filesystem::is_directory(options.folder))
+        throw Error(ErrorCode::Io, options.folder, "is no folder", "one for screenshots and paths",
+                    "pass another with --folder");
 }
+
+} // namespace
 
 ErrorCode runWindowCommand(const WindowOptions& options, Reporter& report)
 {
@@ -60,8 +63,6 @@ ErrorCode runWindowCommand(const WindowOptions& options, Reporter& report)
         report.text(windowText(summary));
     return ErrorCode::Ok;
 }
-
-} // namespace
 
 void addWindowCommand(CLI::App& root, Invocation& invocation)
 {

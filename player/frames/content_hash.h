@@ -13,8 +13,8 @@ namespace gsc {
 // Adds every pose to `sum`, as the backend gets it.
 void addPoses(std::span<const Shot> shots, uint32_t eye_count, Checksum64& sum);
 
-// Checksum of the header and the section table of a .gsc file, or of the one that stands for a trained model; these hold
-// the checksums of everything else in it. Precondition: openScene() took the file. Throws Error(Io).
+// Checksum of the header and the section table of a .gsc file, or of the one that stands for a trained model; these
+// hold the checksums of everything else in it. Precondition: openScene() took the file. Throws Error(Io).
 uint64_t fileHash(const std::string& path);
 
 } // namespace gsc

@@ -16,6 +16,8 @@ struct OutputChoice {
     std::string video_option = "--video";    // option that named it, for messages
     std::string stats;                       // path of the file of numbers, a line for each frame; empty = none
     bool overwrite = false;
+
+    [[nodiscard]] bool writes() const { return !out.empty() || !video.empty() || !stats.empty(); }
 };
 
 } // namespace gsc

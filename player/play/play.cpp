@@ -3,6 +3,7 @@
 
 #include <gsc/error.h>
 #include <gsc/interrupt.h>
+#include "format/file/trained_model.h"
 #include "player/devices/worker_report.h"
 #include "player/frames/lod_target.h"
 #include "runtime/frames/frame_loop.h"
@@ -10,6 +11,7 @@
 #include "player/devices/open_renderer.h"
 #include "player/play/play_outputs.h"
 #include "player/frames/shots.h"
+#include "player/window/window.h"
 #include <gsc/scene.h>
 
 #include <chrono>
@@ -34,6 +36,15 @@ void stopIfInterrupted(size_t frames, const PlaySummary& summary, const PlayOpti
                              goes_on ? ("their lines are in " + options.output.stats).c_str() : "no statistics file"));
 }
 
+[[noreturn]] void failIdle(const PlayOptions& options, const std::string& frames)
+{
+    const std::string& file = options.model.file;
+    throw Error(ErrorCode::Usage, file, "nothing would be kept of " + frames, "an output",
+                "add --out FOLDER, or " +
+                    (hasWindow() ? "fly through it with gsc-play window " + file + ", or " : std::string()) +
+                    "measure with gsc-play bench " + file);
+}
+
 void noteFrame(Reporter& log, const FrameStats& stats)
 {
     const StageTimes& t = stats.result.times;
@@ -47,11 +58,18 @@ void noteFrame(Reporter& log, const FrameStats& stats)
 
 } // namespace
 
+bool isForSomething(const PlayOptions& options, const Reporter& log)
+{
+    return options.output.writes() || log.json() || log.options().verbose > 0;
+}
+
 PlaySummary play(const PlayOptions& options, Reporter& log)
 {
     PlaySummary summary;
     FrameShard shard(options);
     const auto open_start = std::chrono::steady_clock::now();
+    if (!isForSomething(options, log) && isTrainedModel(options.model.file))
+        failIdle(options, "its cameras");
     const std::shared_ptr<const Scene> scene = openScene(options.model, options.devices, log);
     summary.open_ms = millisecondsSince(open_start);
     summary.file = {options.model.file, scene->bytes(), scene->anchorCount()};
@@ -64,6 +82,8 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
         facts.no_path = "one camera of " + options.cameras.file + " is played";
     summary.frame = choiceOn(facts.no_path, options.frame, log);
     const FrameOptions drawn_with = frameOptions(*scene, summary.frame);
+    if (!isForSomething(options, log))
+        failIdle(options, formatCount(shots.size(), "camera"));
     PlayOutputs outputs(options, shots, shard, log);
 
     const std::unique_ptr<Renderer> renderer =

@@ -28,7 +28,11 @@ struct PlaySummary {
     uint64_t set_frames = 0, shard_frames = 0, frames_before = 0;
 };
 
-// Plays the cameras of `options`. Throws Error; then every image that exists is complete, and there is no stats file.
+// Returns true if something is kept of the frames: files, a report as JSON, or a line for each.
+bool isForSomething(const PlayOptions& options, const Reporter& log);
+
+// Plays the cameras of `options`. Throws Error, Usage if it is for nothing; then every image that exists is complete,
+// and there is no stats file.
 // A shard instead adds a line to its stats file as soon as a frame's images are written; frames that have both are not
 // drawn again.
 PlaySummary play(const PlayOptions& options, Reporter& log);

@@ -23,7 +23,7 @@ static_assert(kKeyLeftBracket == GLFW_KEY_LEFT_BRACKET && kKeyRightBracket == GL
               kKeyEscape == GLFW_KEY_ESCAPE && kKeyTab == GLFW_KEY_TAB && kKeyRight == GLFW_KEY_RIGHT &&
               kKeyLeft == GLFW_KEY_LEFT && kKeyDown == GLFW_KEY_DOWN && kKeyUp == GLFW_KEY_UP);
 static_assert(kKeyPageUp == GLFW_KEY_PAGE_UP && kKeyPageDown == GLFW_KEY_PAGE_DOWN && kKeyHome == GLFW_KEY_HOME &&
-              kKeyF1 == GLFW_KEY_F1 && kKeyF2 == GLFW_KEY_F2 && kKeyF12 == GLFW_KEY_F12);
+              kKeyF1 == GLFW_KEY_F1 && kKeyF2 == GLFW_KEY_F2 && kKeyF11 == GLFW_KEY_F11 && kKeyF12 == GLFW_KEY_F12);
 static_assert(kKeyLeftShift == GLFW_KEY_LEFT_SHIFT && kKeyLeftControl == GLFW_KEY_LEFT_CONTROL &&
               kKeyLeftAlt == GLFW_KEY_LEFT_ALT && kKeyRightShift == GLFW_KEY_RIGHT_SHIFT &&
               kKeyRightControl == GLFW_KEY_RIGHT_CONTROL && kKeyRightAlt == GLFW_KEY_RIGHT_ALT &&
@@ -37,6 +37,31 @@ static_assert(kAxisLeftX == GLFW_GAMEPAD_AXIS_LEFT_X && kAxisLeftY == GLFW_GAMEP
               kAxisRightX == GLFW_GAMEPAD_AXIS_RIGHT_X && kAxisRightY == GLFW_GAMEPAD_AXIS_RIGHT_Y &&
               kAxisLeftTrigger == GLFW_GAMEPAD_AXIS_LEFT_TRIGGER &&
               kAxisRightTrigger == GLFW_GAMEPAD_AXIS_RIGHT_TRIGGER);
+
+// Returns the monitor that most of the window lies on; null where there is none.
+GLFWmonitor* monitorOf(const int (&place)[4])
+{
+    int count = 0;
+    GLFWmonitor** const monitors = glfwGetMonitors(&count);
+    GLFWmonitor* found = nullptr;
+    int64_t most = -1;
+    for (int i = 0; i < count; ++i) {
+        int x = 0, y = 0;
+        glfwGetMonitorPos(monitors[i], &x, &y);
+        const GLFWvidmode* const mode = glfwGetVideoMode(monitors[i]);
+        if (mode == nullptr)
+            continue;
+        const auto overlap = [](int low, int size, int other, int other_size) {
+            return int64_t(std::max(0, std::min(low + size, other + other_size) - std::max(low, other)));
+        };
+        const int64_t area = overlap(place[0], place[2], x, mode->width) * overlap(place[1], place[3], y, mode->height);
+        if (area > most) {
+            most = area;
+            found = monitors[i];
+        }
+    }
+    return found;
+}
 
 // True once the X server, or the window, has gone. Xlib ends the process if its server goes away, or if a window is
 // destroyed while in use. Its handler for a lost server must not return, and any later use of the connection crashes:
@@ -140,6 +165,9 @@ GlfwWindow::GlfwWindow(const std::string& title, uint32_t width, uint32_t height
         event.overlay = ImGui::GetIO().WantCaptureMouse;
         of(w).add(event);
     });
+    glfwSetDropCallback(m_window, [](GLFWwindow* w, int count, const char** paths) {
+        of(w).m_dropped.insert(of(w).m_dropped.end(), paths, paths + count);
+    });
     glfwSetScrollCallback(m_window, [](GLFWwindow* w, double x, double y) {
         InputEvent event;
         event.kind = InputEvent::Kind::Scroll;
@@ -148,6 +176,20 @@ GlfwWindow::GlfwWindow(const std::string& title, uint32_t width, uint32_t height
         event.overlay = ImGui::GetIO().WantCaptureMouse;
         of(w).add(event);
     });
+}
+
+void GlfwWindow::toggleFullScreen()
+{
+    if (glfwGetWindowMonitor(m_window) != nullptr) {
+        glfwSetWindowMonitor(m_window, nullptr, m_place[0], m_place[1], m_place[2], m_place[3], GLFW_DONT_CARE);
+        return;
+    }
+    glfwGetWindowPos(m_window, &m_place[0], &m_place[1]);
+    glfwGetWindowSize(m_window, &m_place[2], &m_place[3]);
+    if (GLFWmonitor* const monitor = monitorOf(m_place)) {
+        const GLFWvidmode* const mode = glfwGetVideoMode(monitor);
+        glfwSetWindowMonitor(m_window, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+    }
 }
 
 GlfwWindow::~GlfwWindow()
@@ -178,6 +220,7 @@ WindowInput GlfwWindow::poll(double seconds)
                     "start again");
     WindowInput input;
     input.events = std::exchange(m_events, {});
+    input.dropped = std::exchange(m_dropped, {});
     input.gamepad = gamepadState();
     int width = 0, height = 0;
     glfwGetFramebufferSize(m_window, &width, &height);

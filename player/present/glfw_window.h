@@ -9,6 +9,8 @@
 #include <GLFW/glfw3.h>
 
 #include <functional>
+#include <string>
+#include <vector>
 
 namespace gsc {
 
@@ -26,6 +28,7 @@ public:
     VkSurfaceKHR makeSurface(VkInstance instance); // makes a Vulkan surface of the window; throws Error(Device)
     [[nodiscard]] GLFWwindow* handle() const { return m_window; }
     [[nodiscard]] float scale() const;
+    void toggleFullScreen(); // covers the screen, or gives the window the place and size that it had before
     // For destructors: calls `end`, which needs the display, unless the display has gone.
     static void unlessGone(const std::function<void()>& end);
 
@@ -35,6 +38,8 @@ private:
 
     GLFWwindow* m_window = nullptr;
     std::vector<InputEvent> m_events;
+    std::vector<std::string> m_dropped;
+    int m_place[4] = {}; // left, top, width and height of the window before it covered the screen
     bool m_exposed = true;
 };
 

@@ -24,6 +24,7 @@ enum Key : int {
     kKeyHome = 268,
     kKeyF1 = 290,
     kKeyF2 = 291,
+    kKeyF11 = 300,
     kKeyF12 = 301,
     kKeyLeftShift = 340,
     kKeyLeftControl = 341,

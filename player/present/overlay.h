@@ -14,7 +14,9 @@ struct OverlayItem {
     enum class Kind : uint32_t { Heading, Text, Plot, Toggle, Choice, Slider, Button, Colour };
     Kind kind = Kind::Text;
     std::string label; // label of the item, unique among the items below one heading
-    std::string text;  // value of a Text; for other kinds a hint, such as the key that does the same
+    // value of a Text; in a Plot it stands in place of the last number; for other kinds a hint, such as the key that
+    // does the same
+    std::string text;
     bool enabled = true;
 
     bool on = false;                      // value of a Toggle; for a Heading: the items below it are shown

@@ -10,12 +10,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+
+#include <unistd.h>
 
 namespace gsc {
 
 namespace {
 
-constexpr float kFontPixels = 14; // height of the font in pixels at 96 dots per inch
+constexpr float kFontPixels = 16;  // height of the font in pixels at 96 dots per inch
+constexpr float kPlainPixels = 13; // height that Dear ImGui's own font is drawn for; only multiples of it are sharp
+// a font that most desktops have; where there is none, Dear ImGui's own is taken
+constexpr const char* kFonts[] = {
+    "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
+    "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
+    "/usr/share/fonts/TTF/DejaVuSans.ttf",
+    "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf",
+    "/usr/share/fonts/liberation-sans/LiberationSans-Regular.ttf",
+    "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf",
+    "/usr/share/fonts/noto/NotoSans-Regular.ttf",
+    "/usr/share/fonts/truetype/ubuntu/Ubuntu-R.ttf",
+    "/usr/share/fonts/truetype/freefont/FreeSans.ttf",
+};
 // colours of a note's ground and text
 constexpr ImU32 kGround = IM_COL32(0, 0, 0, 160), kInk = IM_COL32(255, 255, 255, 255);
 
@@ -45,7 +61,9 @@ void drawPlot(const OverlayItem& item)
 {
     const auto& values = item.history;
     const float most = values.empty() ? 1 : std::max(*std::ranges::max_element(values), 1e-6f);
-    const std::string now = values.empty() ? "" : formatString("%.3g, most %.3g", double(values.back()), double(most));
+    const std::string now = !item.text.empty() ? item.text
+                            : values.empty()   ? ""
+                                               : formatString("%.3g, most %.3g", double(values.back()), double(most));
     ImGui::PlotLines(item.label.c_str(), values.data(), int(values.size()), 0, now.c_str(), 0, most * 1.1f,
                      ImVec2(0, 2.4f * ImGui::GetFontSize()));
 }
@@ -234,10 +252,13 @@ void OverlayRenderer::makeFont(float scale)
 {
     m_scale = scale;
     ImGuiIO& io = ImGui::GetIO();
-    ImFontConfig font;
-    font.SizePixels = std::round(kFontPixels * scale);
     io.Fonts->Clear();
-    io.Fonts->AddFontDefault(&font);
+    const auto* const file = std::ranges::find_if(kFonts, [](const char* font) { return ::access(font, R_OK) == 0; });
+    if (file == std::end(kFonts) || io.Fonts->AddFontFromFileTTF(*file, std::round(kFontPixels * scale)) == nullptr) {
+        ImFontConfig font;
+        font.SizePixels = kPlainPixels * std::max(1.0f, std::round(kFontPixels / kPlainPixels * scale));
+        io.Fonts->AddFontDefault(&font);
+    }
     ImGui::GetStyle() = ImGuiStyle();
     ImGui::StyleColorsDark();
     ImGui::GetStyle().ScaleAllSizes(scale);

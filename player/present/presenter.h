@@ -54,10 +54,11 @@ struct GamepadState {
 struct WindowInput {
     std::vector<InputEvent> events; // input events since the last poll()
     GamepadState gamepad;
-    uint32_t width = 0, height = 0; // size of the picture in pixels; 0 while the window is minimised
-    float scale = 1;                // scale of text on this screen; 1 = 96 dots per inch
-    bool exposed = false;           // the window's content is lost: show a frame again
-    bool closed = false;            // true once the person has asked to close the window
+    uint32_t width = 0, height = 0;   // size of the picture in pixels; 0 while the window is minimised
+    float scale = 1;                  // scale of text on this screen; 1 = 96 dots per inch
+    bool exposed = false;             // the window's content is lost: show a frame again
+    bool closed = false;              // true once the person has asked to close the window
+    std::vector<std::string> dropped; // paths of files that were dropped on the window since the last poll()
 };
 
 // A block of the display GPU's memory that a renderer, through CUDA for instance, can open.
@@ -128,6 +129,9 @@ public:
     // Returns the last frame that was shown with reads_back, after waiting for it: `height` rows of `width` x 4 bytes,
     // red first.
     virtual std::vector<std::byte> readBack(uint32_t& width, uint32_t& height) = 0;
+
+    virtual void setTitle(const std::string& title) = 0;
+    virtual void toggleFullScreen() = 0; // the window covers the screen that it lies on, or is as it was before
 
     virtual PresentTimes times() = 0;
     virtual void finish() = 0; // waits until no picture's memory is being read

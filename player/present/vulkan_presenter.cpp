@@ -91,6 +91,18 @@ public:
         return {};
     }
 
+    void setTitle(const std::string& title) override
+    {
+        if (m_window)
+            glfwSetWindowTitle(m_window->handle(), title.c_str());
+    }
+
+    void toggleFullScreen() override
+    {
+        if (m_window)
+            m_window->toggleFullScreen();
+    }
+
     bool show(const FrameToShow& frame, Overlay* overlay) override
     {
         Canvas& canvas = *m_canvases[m_next];

@@ -24,6 +24,7 @@ constexpr KeyRow kKeys[] = {
     {kKeyF1, Action::Help, "F1", "this help"},
     {kKeyTab, Action::Panel, "Tab", "panel of figures and switches"},
     {kKeyF2, Action::PanelKeys, "F2", "arrows and Space move through the panel, Escape gives them back"},
+    {kKeyF11, Action::FullScreen, "F11", "cover the screen, or a window again"},
     {'1', Action::Fly, "1", "fly"},
     {'2', Action::Orbit, "2", "orbit about what is ahead"},
     {'3', Action::Walk, "3", "walk at this height"},
@@ -100,7 +101,8 @@ std::vector<std::pair<std::string, std::string>> helpLines()
         {"Shift, Alt", "four times as fast, a quarter as fast"},
         {"left button", "look round, or turn about the target"},
         {"right button", "in orbit: move the picture"},
-        {"wheel, - =", "speed, or distance from the target"},
+        {"wheel, - =", "speed, which else follows what is ahead, or distance from the target"},
+        {"dropped file", "another model: a .gsc, or a trained model's folder"},
         {"gamepad", "sticks move and look, triggers go down and up"},
     };
     for (const KeyRow& row : kKeys)

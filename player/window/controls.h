@@ -16,6 +16,7 @@ enum class Action {
     Help,
     Panel,
     PanelKeys,
+    FullScreen,
     Escape,
     Close,
     Screenshot,

@@ -140,6 +140,15 @@ void Navigator::setSpeed(double speed)
     m_speed[gait()] = std::clamp(speed, usual / kSpeedRange, usual * kSpeedRange);
 }
 
+void Navigator::setUsualSpeed(double speed)
+{
+    if (!(speed > 0))
+        return;
+    const double usual = std::clamp(speed, m_diagonal / 2000, m_diagonal / 2);
+    m_speed[0] *= usual / m_default_speed[0];
+    m_default_speed[0] = usual;
+}
+
 void Navigator::setDistance(double distance)
 {
     if (distance > 0) // ignores a distance that is not positive, or NaN

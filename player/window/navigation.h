@@ -61,6 +61,9 @@ public:
     [[nodiscard]] double speed() const;
     // Sets the speed of Fly or Walk, whichever is on. Ignored in Orbit, and if `speed` is not above 0.
     void setSpeed(double speed);
+    // Sets Fly's default speed, limited to a 2000th and half of the scene's diagonal a second; what scrolling changed
+    // is kept as a factor. Ignored if `speed` is not above 0.
+    void setUsualSpeed(double speed);
 
     // Distance in world units to the point that Orbit turns about, straight ahead.
     [[nodiscard]] double distance() const { return m_distance; }

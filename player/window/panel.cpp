@@ -81,6 +81,8 @@ Panel::Panel(const ViewLimits& limits, std::vector<std::string> cameras, Overlay
     add(Kind::Plot, "refresh, ms");
     add(Kind::Plot, "latency, ms");
     add(Kind::Plot, "frame, ms");
+
+    add(Kind::Heading, "Stages");
     for (const auto& stage : kStages)
         add(Kind::Plot, stageLabel(stage.name).c_str());
 
@@ -91,7 +93,7 @@ Panel::Panel(const ViewLimits& limits, std::vector<std::string> cameras, Overlay
     add(Kind::Heading, "Machine");
     for (const char* const label : {"device", "memory", "cache", "poses", "workers"})
         add(Kind::Text, label);
-    item("Counts per eye").on = false;
+    item("Stages").on = item("Counts per eye").on = item("Machine").on = false; // folded until somebody opens them
 }
 
 void Panel::add(Kind kind, const char* label, const char* hint)
@@ -182,9 +184,11 @@ void Panel::addFrame(const PanelFrame& frame)
     }
 }
 
-void Panel::addRefresh(double ms)
+void Panel::addRefresh(double ms, bool rested)
 {
-    plot("refresh, ms", ms);
+    item("refresh, ms").text = rested ? "at rest" : "";
+    if (!rested)
+        plot("refresh, ms", ms);
 }
 
 void Panel::setFacts(const ServiceStats& stats, const FrameResult& last, const std::string& device,

@@ -50,7 +50,9 @@ public:
     bool take(ViewSettings& settings, int& camera, int& mode, bool& screenshot, bool& record);
 
     void addFrame(const PanelFrame& frame);
-    void addRefresh(double ms); // adds the time from one refresh of the window to the next to the plot
+    // Adds the time from one refresh of the window to the next to the plot; `rested`: the window had nothing to show in
+    // that time, so it is no time of a frame.
+    void addRefresh(double ms, bool rested);
     void setFacts(const ServiceStats& stats, const FrameResult& last, const std::string& device,
                   const std::string& pose, bool recording);
 

@@ -26,14 +26,40 @@ const PresentFunctions& presentFunctions()
 #endif
 }
 
+std::string titleOf(const WindowOptions& options)
+{
+    return options.play.model.file + " - gsc";
+}
+
+// Ctrl-C ends a window as closing it does.
+void runSession(WindowSession& session)
+{
+    try {
+        while (session.step() && !interrupted()) {
+        }
+    } catch (const std::exception&) {
+        session.keepRecording();
+        throw;
+    }
+}
+
 } // namespace
+
+bool hasWindow()
+{
+#ifdef GSC_WITH_WINDOW
+    return true;
+#else
+    return false;
+#endif
+}
 
 WindowSummary runWindow(const WindowOptions& options, Reporter& log)
 {
     checkJsonLines(options.log, options.play.output.overwrite, options.play.model.file, options.play.cameras.file);
-    const std::shared_ptr<const Scene> scene = openScene(options.play.model, options.play.devices, log);
+    WindowModel model{options, openScene(options.play.model, options.play.devices, log)};
     PresenterOptions presenter;
-    presenter.title = options.play.model.file + " - gsc";
+    presenter.title = titleOf(options);
     if (options.play.view.width > 0) {
         presenter.width = options.play.view.width;
         presenter.height = options.play.view.height > 0 ? options.play.view.height : options.play.view.width * 9 / 16;
@@ -41,22 +67,17 @@ WindowSummary runWindow(const WindowOptions& options, Reporter& log)
     presenter.waits_for_display = !options.tears;
     presenter.device = deviceUuid(firstDevice(options.play.devices));
     const std::unique_ptr<Presenter> display = presentFunctions().open(presenter);
-    checkLevelOptions(*scene, options.play.model.file, options.play.frame);
-    WindowSession session(options, scene, *display, log);
-    try {
-        while (session.step())
-            throwIfInterrupted();
-    } catch (const Error& e) {
-        session.keepRecording();
-        if (e.code() == ErrorCode::Interrupted && session.hasWritten())
-            throw Error(ErrorCode::Interrupted, "interrupted", "the window was ended by a signal", "it to be closed",
-                        "what it had written is whole, close it with Ctrl+Q");
-        throw;
-    } catch (const std::exception&) {
-        session.keepRecording();
-        throw;
+    checkLevelOptions(*model.scene, options.play.model.file, options.play.frame);
+    WindowHistory history;
+    while (true) {
+        WindowSession session(model, *display, std::move(history), log);
+        runSession(session);
+        history = session.finish();
+        if (!session.next() || interrupted())
+            return history.summary;
+        model = *session.next();
+        display->setTitle(titleOf(model.options));
     }
-    return session.finish();
 }
 
 OrderedJson windowJson(const WindowSummary& summary)

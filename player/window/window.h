@@ -28,6 +28,8 @@ struct WindowSummary {
     std::vector<std::string> files; // paths of screenshots and recordings
 };
 
+bool hasWindow(); // returns true if this build has one
+
 // Opens the window and returns when it is closed. Throws Error: Unsupported if there is no display or no Vulkan 1.2,
 // or the build has no windows; Device if the display or every device that draws is lost; others as the renderer throws
 // them.

@@ -20,6 +20,7 @@ OrderedJson windowLine(const WindowFrame& frame)
         {"detail", frame.pose == 0 ? OrderedJson() : OrderedJson(frame.detail)},
         {"fovea_pixels", frame.fovea_pixels > 0 ? OrderedJson(frame.fovea_pixels) : OrderedJson()},
         {"position", frame.position},
+        {"speed", frame.speed},
         {"shows", frame.shows},
         {"psnr", compares ? jsonNumber(frame.psnr) : OrderedJson()},
         {"flip", compares && frame.flip >= 0 ? OrderedJson(frame.flip) : OrderedJson()},

@@ -22,6 +22,7 @@ struct WindowFrame {
     uint64_t anchors_absent = 0; // anchors of the model that were not yet on the device when the picture was drawn
     double lod_bias = 0, detail = 0, fovea_pixels = 0; // settings that the picture was drawn with
     double position[3] = {};                           // position of the camera, world units
+    double speed = 0;                                  // speed of the movement, world units per second
     std::string shows;                                 // kind of view that is shown: "picture", "split" or "difference"
     // difference of the picture from the exact one: PSNR in dB, and FLIP; flip below 0 = not known
     double psnr = 0, flip = -1;

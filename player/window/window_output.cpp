@@ -124,14 +124,14 @@ void WindowSession::show(const WindowInput& input)
     }
     m_last_show = at;
     m_dirty = compares() && !m_comparison.complete();
-    m_panel->addRefresh(refresh);
-    ++m_summary.frames;
+    m_panel->addRefresh(refresh, std::exchange(m_rested, false));
+    ++m_history.summary.frames;
     if (frame.reads_back) {
         m_wants_screenshot = false;
         writeScreenshot();
     }
     WindowFrame line;
-    line.frame = m_summary.frames;
+    line.frame = m_history.summary.frames;
     line.seconds = at;
     if (!m_shown.empty()) {
         const AskedPose& asked = m_shown.back().asked;
@@ -148,6 +148,7 @@ void WindowSession::show(const WindowInput& input)
     line.latency_ms = m_shown.empty() ? 0 : m_shown.back().latencyMs();
     line.anchors_absent = m_shown.empty() ? 0 : m_shown.back().delivery.result.anchors_absent;
     std::ranges::copy(m_navigator.position(), line.position);
+    line.speed = m_navigator.speed();
     constexpr const char* kShows[] = {"picture", "split", "difference"};
     line.shows = kShows[m_comparison.ready() ? size_t(m_settings.compare) : 0];
     if (m_comparison.ready()) {
@@ -158,11 +159,11 @@ void WindowSession::show(const WindowInput& input)
     line.wrote = std::exchange(m_wrote, {});
     line.said = m_overlay.message;
     try {
-        m_log->add(windowLine(line));
+        m_history.log->add(windowLine(line));
     } catch (const Error& e) { // a full disk does not close the window
         m_report.warning(warningText(e));
         say(warningText(e));
-        m_log->close();
+        m_history.log->close();
     }
 }
 
@@ -207,8 +208,8 @@ void WindowSession::writeScreenshot()
         return;
     }
     m_wrote = name + ending;
-    m_summary.files.push_back(name + ending);
-    m_summary.files.push_back(name + ".json");
+    m_history.summary.files.push_back(name + ending);
+    m_history.summary.files.push_back(name + ".json");
     say("wrote " + m_wrote + " and its camera");
 }
 
@@ -245,7 +246,7 @@ void WindowSession::writeRecording()
     const std::string name = freeName("path", {".json"}) + ".json";
     (void)m_recorder.stop(name);
     m_wrote = name;
-    m_summary.files.push_back(name);
+    m_history.summary.files.push_back(name);
     say("wrote " + name + "; gsc-play bench " + m_options.play.model.file + " --cameras " + name + " plays it");
 }
 

@@ -2,13 +2,16 @@
 #include "player/window/window_session.h"
 
 #include <gsc/error.h>
+#include <gsc/file/output_paths.h>
 #include "runtime/cli/setting_words.h"
 #include "runtime/cameras/length.h"
+#include "player/devices/open_renderer.h"
 #include "player/devices/worker_options.h"
 #include "runtime/records/reuse_names.h"
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <utility>
 
 namespace gsc {
@@ -25,6 +28,8 @@ constexpr auto kPictureWait = std::chrono::milliseconds(12);
 constexpr double kMessageSeconds = 4;
 constexpr double kCameraSeconds = 1;  // time of a flight from one camera to the next
 constexpr double kSettingStep = 0.25; // step of a level setting by key, in levels
+constexpr double kPace = 0.5;         // Fly's default speed, distances to what is ahead per second
+constexpr double kPaceSeconds = 0.3;  // time in which the speed follows a change of that distance, but for a third
 constexpr double kSplitStep = 0.02;   // step of the dividing line by key, share of the width
 
 NavigationWorld worldOf(const Scene& scene, const std::vector<Shot>& shots)
@@ -65,14 +70,15 @@ std::vector<Shot> shotsOf(const Scene& scene, const PlayOptions& play, int eyes,
 
 } // namespace
 
-WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const Scene> scene, Presenter& presenter,
-                             Reporter& log)
-    : m_options(options), m_scene(std::move(scene)), m_presenter(presenter), m_report(log),
-      m_source(m_scene, options.play.model, options.play.devices, presenter,
+WindowSession::WindowSession(const WindowModel& model, Presenter& presenter, WindowHistory history, Reporter& log)
+    : m_options(model.options), m_scene(model.scene), m_presenter(presenter), m_report(log),
+      m_source(m_scene, m_options.play.model, m_options.play.devices, presenter,
                openService(
-                   m_scene, options.play.model, options.play.devices, [](ServiceOptions&) {}, log)),
-      m_shots(shotsOf(*m_scene, options.play, 1, {}, log)), m_navigator(worldOf(*m_scene, m_shots))
+                   m_scene, m_options.play.model, m_options.play.devices, [](ServiceOptions&) {}, log)),
+      m_shots(shotsOf(*m_scene, m_options.play, 1, {}, log)), m_navigator(worldOf(*m_scene, m_shots)),
+      m_history(std::move(history))
 {
+    const WindowOptions& options = m_options;
     ViewLimits limits;
     limits.has_levels = m_scene->view().params->level_count > 1;
     try {
@@ -107,9 +113,14 @@ WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const
     m_overlay.keys = helpLines();
     jump(0, false);
     say("F1: keys");
-    m_log = std::make_unique<JsonLines>(options.log,
-                                        // opened last, so that an earlier error does not replace an old file
-                                        options.play.output.overwrite);
+    if (m_history.log)
+        return;
+    std::error_code code;
+    std::filesystem::create_directories(options.folder, code);
+    if (code)
+        failOutput(options.folder, "cannot be made", code.value());
+    // opened last, so that an earlier error does not replace an old file
+    m_history.log = std::make_unique<JsonLines>(options.log, options.play.output.overwrite);
 }
 
 bool WindowSession::idle() const
@@ -127,6 +138,7 @@ bool WindowSession::step()
                                : m_worked_last_turn ? 0
                                                     : kTurnSeconds);
     m_worked_last_turn = false;
+    m_rested = m_rested || rested;
     if (rested)
         m_last_step = now(); // nothing moved while the loop rested, so a key pressed just now counts from now
     // at most 0.25 s, so that the camera does not leap after the window hung
@@ -138,7 +150,9 @@ bool WindowSession::step()
     const bool message_ends = !m_overlay.message.empty() && at > m_message_ends;
     const bool panel_ages = m_overlay.panel && at - m_last_show >= kIdleSeconds;
     m_dirty = m_dirty || m_input.exposed || !m_input.events.empty() || message_ends || panel_ages;
-    if (m_input.closed || m_closes || (m_options.seconds > 0 && at >= m_options.seconds))
+    if (!m_input.dropped.empty())
+        openDropped(m_input.dropped.front());
+    if (m_input.closed || m_closes || m_next || (m_options.seconds > 0 && at >= m_options.seconds))
         return false;
     takePanel();
     move(seconds);
@@ -166,6 +180,9 @@ void WindowSession::act(Action action)
         break;
     case Action::PanelKeys:
         m_overlay.panel = m_overlay.takes_keys = true;
+        break;
+    case Action::FullScreen:
+        m_presenter.toggleFullScreen();
         break;
     case Action::Escape:
         m_overlay.help = m_overlay.panel = false;
@@ -305,8 +322,31 @@ void WindowSession::findTarget(const DrawnPose& drawn)
 {
     const Camera& camera = drawn.asked.shot.camera;
     const float depth = drawn.delivery.eyes[0].depth[size_t(camera.height / 2) * camera.width + camera.width / 2];
-    if (std::isfinite(depth))
-        m_navigator.setDistance(double(depth));
+    if (!std::isfinite(depth))
+        return;
+    m_ahead = double(depth);
+    if (m_navigator.mode() == NavigationMode::Orbit)
+        m_navigator.setDistance(m_ahead);
+}
+
+// Shows the model of a dropped file next, if it can be shown; otherwise says why not.
+void WindowSession::openDropped(const std::string& file)
+{
+    WindowModel model{m_options, nullptr};
+    PlayOptions& play = model.options.play;
+    play.model.file = file;
+    play.cameras = {};
+    try {
+        Reporter silent({ReportFormat::Text, ProgressMode::None, true});
+        model.scene = openScene(play.model, play.devices, m_report);
+        checkLevelOptions(*model.scene, file, play.frame);
+        (void)shotsOf(*model.scene, play, play.view.eyes, play.view.ipd, silent);
+        m_next = std::move(model);
+    } catch (const Error& e) {
+        if (e.code() == ErrorCode::Interrupted)
+            throw;
+        say(warningText(e));
+    }
 }
 
 void WindowSession::jump(int camera, bool animated)
@@ -322,8 +362,20 @@ void WindowSession::jump(int camera, bool animated)
     say("camera " + m_shots[size_t(camera)].camera.name);
 }
 
+// Fly is as fast as is useful here: far above a landscape faster than before a table.
+void WindowSession::setPace(double seconds)
+{
+    const double wanted = kPace * m_ahead;
+    if (!(wanted > 0))
+        return;
+    const bool smooth = m_pace > 0 && m_controls.moving();
+    m_pace = smooth ? m_pace * std::pow(wanted / m_pace, 1 - std::exp(-seconds / kPaceSeconds)) : wanted;
+    m_navigator.setUsualSpeed(m_pace);
+}
+
 void WindowSession::move(double seconds)
 {
+    setPace(seconds);
     const uint32_t width = std::max(eyeWidth(), 1u), height = std::max(m_input.height, 1u);
     const NavigationInput motion = m_controls.motion(seconds, height, 2 * std::atan(fittedTangent(width, height)));
     const auto any = [](const double(&way)[2]) { return way[0] != 0 || way[1] != 0; };
@@ -342,19 +394,13 @@ void WindowSession::ask()
     if (m_seeking && m_source.waiting())
         return; // wait for the depth picture: a newer pose would replace it
     m_seeking = false;
+    m_seeks = m_seeks || measures(wanted);
     if (wanted == m_view && !m_changed && !m_again && !m_seeks)
         return;
     m_worked_last_turn = true;
-    // only when the view has been drawn with the current settings
-    if (m_seeks && (!m_changed || m_loading) && !m_source.waiting()) {
-        m_seeks = false;
-        m_seeking = true;
-        AskedPose seeks = pose(wanted);
-        seeks.wants_depth = true;
-        (void)m_source.submit(seeks, frameOptionsNow());
-        m_changed = true; // the depth picture is not shown, so submit the view again
-        return;
-    }
+    // only when the view has been drawn with the current settings, or moves on
+    if (m_seeks && (!m_changed || m_loading) && (!m_source.waiting() || m_controls.moving()))
+        return seekDepth(wanted);
     if (wanted == m_view && !m_changed && !m_again)
         return;
     if (m_changed || !(wanted == m_view)) {
@@ -402,7 +448,7 @@ void WindowSession::takePicture()
         m_dirty = m_comparison.take(*drawn) || m_dirty;
         return;
     }
-    ++m_summary.pictures;
+    ++m_history.summary.pictures;
     m_last = drawn->delivery.result;
     if (m_last.anchors_absent > 0) {
         say(formatString("loading: %s of %s anchors are still to come", formatCount(m_last.anchors_absent).c_str(),
@@ -428,15 +474,15 @@ void WindowSession::say(const std::string& message)
     m_dirty = true;
 }
 
-WindowSummary WindowSession::finish()
+WindowHistory WindowSession::finish()
 {
     if (m_recorder.records())
         writeRecording();
     m_presenter.finish();
-    m_summary.file = m_options.play.model.file;
-    m_summary.seconds = now();
-    m_summary.service = m_source.stats();
-    return m_summary;
+    m_history.summary.file = m_options.play.model.file;
+    m_history.summary.seconds = now();
+    m_history.summary.service = m_source.stats();
+    return std::move(m_history);
 }
 
 } // namespace gsc

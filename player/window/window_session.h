@@ -19,14 +19,27 @@
 
 namespace gsc {
 
+// A model to show.
+struct WindowModel {
+    WindowOptions options;
+    std::shared_ptr<const Scene> scene;
+};
+
+// Facts that a session hands on to the next, which shows another model in the same window.
+struct WindowHistory {
+    std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+    std::unique_ptr<JsonLines> log; // none yet: the session opens it
+    WindowSummary summary;
+};
+
 class WindowSession {
 public:
-    WindowSession(const WindowOptions& options, std::shared_ptr<const Scene> scene, Presenter& presenter,
-                  Reporter& log);
+    WindowSession(const WindowModel& model, Presenter& presenter, WindowHistory history, Reporter& log);
 
-    bool step();            // one turn of the loop; returns false if the window is to close. Throws Error
-    WindowSummary finish(); // throws Error(Io) if the path that is being recorded cannot be written
-    [[nodiscard]] bool hasWritten() const { return !m_summary.files.empty() || !m_options.log.empty(); }
+    bool step(); // one turn of the loop; returns false if the window is to close or show another model. Throws Error
+    // The model of a file that was dropped on the window; none = the window is to close.
+    [[nodiscard]] const std::optional<WindowModel>& next() const { return m_next; }
+    WindowHistory finish();        // throws Error(Io) if the path that is being recorded cannot be written
     void keepRecording() noexcept; // writes the path that is being recorded, if any; reports its file or the error
 
 private:
@@ -42,6 +55,9 @@ private:
     void act(Action action);
     void takePanel();
     void move(double seconds);
+    void setPace(double seconds);
+    void openDropped(const std::string& file);
+    void seekDepth(const View& wanted);
     void ask();
     void takePicture();
     void setMode(NavigationMode mode);
@@ -75,7 +91,8 @@ private:
     [[nodiscard]] std::string whyNot(const FrameChoice& choice) const;
     [[nodiscard]] Guarded guarded(const FrameChoice& choice) const;
     [[nodiscard]] std::string freeName(const char* stem, const std::vector<const char*>& endings) const;
-    [[nodiscard]] double now() const { return std::chrono::duration<double>(Clock::now() - m_start).count(); }
+    [[nodiscard]] bool measures(const View& wanted) const;
+    [[nodiscard]] double now() const { return std::chrono::duration<double>(Clock::now() - m_history.start).count(); }
 
     WindowOptions m_options;
     std::shared_ptr<const Scene> m_scene;
@@ -95,10 +112,10 @@ private:
     Overlay m_overlay;
     std::unique_ptr<Panel> m_panel;
     PathRecorder m_recorder;
-    std::unique_ptr<JsonLines> m_log;
     std::string m_no_stereo; // reason why two eyes cannot be shown; empty = they can
 
-    Clock::time_point m_start = Clock::now();
+    WindowHistory m_history;
+    std::optional<WindowModel> m_next;
     double m_last_step = 0, m_last_show = 0, m_message_ends = 0;
     WindowInput m_input;
     View m_view;           // view that was submitted last
@@ -113,6 +130,12 @@ private:
     // m_seeks: the depth in the middle of the view is wanted, for the point that Orbit turns about; m_seeking: a
     // picture with that depth has been submitted
     bool m_seeks = false, m_seeking = false;
+    View m_measured;          // view whose depth was wanted last
+    double m_measured_at = 0; // and when, seconds
+    // m_ahead: distance to what the middle of the view shows, world units, 0 = not known; m_pace: Fly's default speed,
+    // which follows it
+    double m_ahead = 0, m_pace = 0;
+    bool m_rested = false; // the window had nothing to show since the last frame
     bool m_dirty = true, m_wants_screenshot = false, m_closes = false;
     bool m_worked_last_turn = true;
     uint64_t m_failed = 0;           // number of poses that failed so far
@@ -121,7 +144,6 @@ private:
     std::string m_wrote;
 
     RestComparison m_comparison{m_source};
-    WindowSummary m_summary;
 };
 
 } // namespace gsc

@@ -13,6 +13,9 @@ namespace gsc {
 
 namespace {
 
+constexpr uint32_t kMeasuredPixels = 16; // side of the part of the view whose depth is measured
+constexpr double kMeasureSeconds = 0.25; // least time between two measurements
+
 // Compares with a small tolerance: a camera at the limit of its pitch still changes by rounding, and needs no new
 // picture.
 bool isNear(double a, double b)
@@ -73,6 +76,36 @@ AskedPose WindowSession::pose(const View& view) const
     pose.shot.ipd = m_settings.two_eyes ? m_ipd : 0;
     pose.eyes = m_settings.two_eyes ? 2 : 1;
     return pose;
+}
+
+// Returns true if the depth ahead is to be measured, for the speed of Fly. It costs a small part of a frame; with
+// reuse, and with detail at rest, it would change what is kept from frame to frame.
+bool WindowSession::measures(const View& wanted) const
+{
+    const FrameChoice& choice = m_settings.choice;
+    return m_navigator.mode() == NavigationMode::Fly && !(wanted == m_measured) &&
+           now() - m_measured_at >= kMeasureSeconds && choice.reuse.policy == ReusePolicy::None &&
+           (choice.detailPixels() == 0 || m_controls.moving());
+}
+
+// Submits the middle of the view alone, as large as it is there, so that levels and detail are those of the view.
+void WindowSession::seekDepth(const View& wanted)
+{
+    m_seeks = false;
+    m_seeking = true;
+    m_measured = wanted;
+    m_measured_at = now();
+    m_changed = m_changed || m_source.waiting(); // a pose that waits to be drawn gives way
+    View middle = wanted;
+    Camera& camera = middle.camera;
+    const uint32_t width = std::min(camera.width, kMeasuredPixels), height = std::min(camera.height, kMeasuredPixels);
+    camera.fov_x = 2 * std::atan(std::tan(camera.fov_x / 2) * width / camera.width);
+    camera.fov_y = 2 * std::atan(std::tan(camera.fov_y / 2) * height / camera.height);
+    camera.width = width;
+    camera.height = height;
+    AskedPose seeks = pose(middle);
+    seeks.wants_depth = true;
+    (void)m_source.submit(seeks, frameOptionsNow());
 }
 
 FrameOptions WindowSession::frameOptionsNow() const

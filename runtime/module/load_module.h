@@ -26,8 +26,8 @@ struct ModuleEntry {
     extern "C" __attribute__((visibility("default"))) const gsc::ModuleEntry gsc_module;                               \
     const gsc::ModuleEntry gsc_module = {GSC_MODULE_VERSION, &(functions)};
 
-// Returns the path of a program: in PATH; or that of one of ours, which lies beside this one or in ../bin from there, as
-// in the build folder, and else in PATH. Empty if it is in none.
+// Returns the path of a program: in PATH; or that of one of ours, which lies beside this one or in ../bin from there,
+// as in the build folder, and else in PATH. Empty if it is in none.
 std::string programInPath(const std::string& name);
 std::string ownProgram(const std::string& name);
 

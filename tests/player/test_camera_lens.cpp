@@ -122,10 +122,15 @@ TEST_CASE("cx, cy follow --size and --fov")
     CHECK(landing(camera, 0, 0, 1).first == doctest::Approx(150));
     CHECK(landing(camera, 0, 0, 1).second == doctest::Approx(125));
     camera = file;
-    finishCamera(camera, 800, 300, 0); // flatter: 50 rows less at top and bottom
+    finishCamera(camera, 800, 600, 0); // taller: 100 rows more at top and bottom
     CHECK(landing(camera, 0, 0, 1).first == doctest::Approx(300));
-    CHECK(landing(camera, 0, 0, 1).second == doctest::Approx(200));
-    CHECK(landing(camera, 0, 1, 4).second == doctest::Approx(300));
+    CHECK(landing(camera, 0, 0, 1).second == doctest::Approx(350));
+    CHECK(landing(camera, 0, 1, 4).second == doctest::Approx(450));
+    camera = file;
+    finishCamera(camera, 800, 300, 0); // flatter: three quarters as large, 100 columns more at both sides
+    CHECK(landing(camera, 0, 0, 1).first == doctest::Approx(325));
+    CHECK(landing(camera, 0, 0, 1).second == doctest::Approx(187.5));
+    CHECK(landing(camera, 0, 1, 4).second == doctest::Approx(262.5));
     camera = file;
     finishCamera(camera, 0, 0, 1.2); // another focal length, the same pixel
     CHECK(camera.fov_x == 1.2);

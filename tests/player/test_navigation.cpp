@@ -182,6 +182,26 @@ TEST_CASE("a navigator starts with the whole scene before it, at the speeds of a
     CHECK(mended.speed() == doctest::Approx(0.05));
 }
 
+TEST_CASE("fly: its usual speed can be set, within the size of the scene, and what was scrolled stays a factor")
+{
+    Navigator navigator(world());
+    navigator.setUsualSpeed(4);
+    CHECK(navigator.speed() == doctest::Approx(4));
+    navigator.setSpeed(12);
+    navigator.setUsualSpeed(2);
+    CHECK(navigator.speed() == doctest::Approx(6));
+    for (const double none : {0.0, -1.0, kNan}) {
+        navigator.setUsualSpeed(none);
+        CHECK(navigator.speed() == doctest::Approx(6));
+    }
+    navigator.setUsualSpeed(kInfinity);
+    CHECK(navigator.speed() == doctest::Approx(3 * 100)); // half of 200
+    navigator.setUsualSpeed(1e-9);
+    CHECK(navigator.speed() == doctest::Approx(3 * 0.1));
+    navigator.setMode(NavigationMode::Walk);
+    CHECK(navigator.speed() == doctest::Approx(2.8)); // a person's
+}
+
 TEST_CASE("fly: moves along the view and the world's up, turns about up and right")
 {
     Navigator navigator = navigatorAt(windowCamera({1, 2, 3}));

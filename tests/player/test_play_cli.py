@@ -251,9 +251,9 @@ class PlayCliTest(PlayTest):
             for eye in ("left", "right"):
                 a, b = (self.folder / f"{n}2_{eye}.pfm" for n in ("a", name))
                 self.assertEqual(a.read_bytes(), b.read_bytes())
-        self.assertEqual(self.play(metric, *base, "-q").stderr, "")
+        self.assertEqual(self.play(metric, *base, "-q", "--stats", "s.jsonl").stderr, "")
         stored = (metric, "--size", "48x32", "--eyes", "2")
-        self.assertIn("0.032 world units", self.play(*stored).stderr)
+        self.assertIn("0.032 world units", self.play(*stored, "--stats", "t.jsonl").stderr)
         # what the trajectory states comes first
         self.path.write_text(json.dumps(TRAJECTORY | {"ipd": 0.25}))
         bench = ("bench", metric, *base, "--measure", "2", "--warmup", "0", "--format", "json")
@@ -282,10 +282,10 @@ class PlayCliTest(PlayTest):
     def test_levels_of_a_model_that_has_one(self) -> None:
         base = (self.model, "--cameras", self.path, "--size", "48x32", "--progress", "none")
         for option, value in (("--lod-bias", "-1"), ("--lod-fade", "0.5"), ("--lod-hysteresis", "0.1"), ("--target-ms", "5")):
-            for command in ((), ("bench",)):
+            for command in (("--stats", "-"), ("bench",)):
                 self.refused(*command, *base, option, value, "--tier", "exact", code=1, says=f"{option} {value}: has no effect on")
         self.refused(*base, "--lod-bias", "-1", code=1, says="one level of detail")
-        self.play(*base, "--lod-bias", "0")
+        self.play(*base, "--lod-bias", "0", "--stats", "-")
 
     def test_target_that_is_refused_makes_nothing(self) -> None:
         base = (self.model, "--size", "48x32", "--progress", "none", "--target-ms", "5")
@@ -418,7 +418,7 @@ class PlayCliTest(PlayTest):
         self.assertIn(f"the appearance row of 1 of {len(frames)} cameras is not in the file", warnings[0])
 
     def test_progress_and_verbose(self) -> None:
-        base = (self.model, "--cameras", self.path, "--size", "16x16")
+        base = (self.model, "--cameras", self.path, "--size", "16x16", "--format", "json")
         lines = self.play(*base, "--progress", "json").stderr.splitlines()
         self.assertEqual(json.loads(lines[-1])["done"], 4)
         for line in lines:
@@ -441,7 +441,7 @@ class PlayCliTest(PlayTest):
             self.play(*base, "--backend", "cuda")
         elif report["warnings"]:
             self.assertIn("cuda", report["warnings"][0])
-            cuda = subprocess.run([PLAY, self.model, "--size", "8x8", "--backend", "cuda"], capture_output=True,
+            cuda = subprocess.run([PLAY, self.model, "--size", "8x8", "--backend", "cuda", "--stats", "-"], capture_output=True,
                                   text=True, check=False)
             self.assertIn(cuda.returncode, (5, 7))
             self.assertRegex(cuda.stderr, r"^error: backend cuda:0: .*expected .*--backend cpu")
@@ -454,7 +454,16 @@ class PlayCliTest(PlayTest):
             self.assertEqual((run.returncode, run.stderr), (cuda.returncode, cuda.stderr))
             self.assertFalse((self.folder / "runs.jsonl").exists())
         else:
-            self.refused(*base[:3], "--backend", "cuda", code=1, says="not part of this build")
+            self.refused(*base[:3], "--stats", "-", "--backend", "cuda", code=1, says="not part of this build")
+
+    def test_nothing_to_keep(self) -> None:
+        base = (self.model, "--cameras", self.path, "--size", "16x16")
+        for more in ((), ("-q",), ("--target-ms", "100"), ("--progress", "json")):
+            self.refused(*base, *more, code=1, says="model.gsc: nothing would be kept of 4 cameras, expected an output; add --out ")
+        self.refused("nothing.gsc", code=2, says="nothing.gsc")  # a wrong file and a wrong option come first
+        self.refused(*base, "--frames", "4:", code=1, says="--frames 4:")
+        for more in (("-v",), ("--format", "json"), ("--stats", "s.jsonl"), ("--out", "{frame}.pfm")):
+            self.play(*base, *more)
 
     def test_help_and_version(self) -> None:
         text = self.play("--help-all").stdout

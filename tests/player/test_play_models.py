@@ -98,6 +98,12 @@ class TrainedModelTest(unittest.TestCase):
                 check_schema("error", error)
                 self.assertEqual(error["exit_code"], code)
 
+    def test_refused_before_it_converts(self) -> None:
+        (self.folder / "0.png").write_text("")
+        run = self.run_it(PLAY, self.models / "street", *DRAWN, code=1)  # nothing would be kept
+        self.assertIn("street: nothing would be kept of its cameras, expected an output; add --out", run.stderr)
+        self.assertNotIn("converted", run.stderr)
+
     def test_without_converter(self) -> None:
         alone = self.folder / "alone/gsc-play"
         alone.parent.mkdir()

@@ -150,7 +150,7 @@ TEST_CASE("wrong command lines exit with 1")
     CHECK(parse({"m.gsc", "--background", "nan,0,0"}) == 1);
     CHECK(parse({"m.gsc", "--appearance", "-1"}) == 1);
     CHECK(parse({"m.gsc", "--threads", "-1"}) == 1);
-    for (const char* size : {"640x", "x480", "0x480", "640x480x3", "-1x5", "99999x5", "6 4x4", "1e3x10"})
+    for (const char* size : {"0", "640x", "x480", "0x480", "640x480x3", "-1x5", "99999x5", "6 4x4", "1e3x10"})
         CHECK(parse({"m.gsc", "--size", size}) == 1);
     for (const char* frames : {"5:5", "7:2", "a:b", ":-1", "1:2:3", "1.5"})
         CHECK(parse({"m.gsc", "--frames", frames}) == 1);

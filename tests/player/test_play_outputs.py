@@ -333,7 +333,7 @@ class PlayOutputsTest(PlayTest):
         if not os.path.exists("/dev/full"):
             self.skipTest("no /dev/full")
         with open("/dev/full", "wb") as full:
-            run = subprocess.run([PLAY, self.model, "--size", "8x8", "-q"], stdout=full, stderr=subprocess.PIPE,
+            run = subprocess.run([PLAY, self.model, "--size", "8x8", "-q", "--format", "json"], stdout=full, stderr=subprocess.PIPE,
                                  check=False)
         self.assertEqual(run.returncode, 2)
 

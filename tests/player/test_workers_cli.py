@@ -90,7 +90,7 @@ def check_refusals(model: pathlib.Path) -> None:
         assert said in done.stderr, f"{arguments}: {done.stderr}"
     done = run("bench", model, "--gpus", "cpu:2", "--frames-in-flight", 50, code=1)
     assert "at most 6" in done.stderr, done.stderr
-    done = run(model, "--gpus", "cpu:2", "--inject", "lost:1", code=7)
+    done = run(model, "--gpus", "cpu:2", "--inject", "lost:1", "--stats", "-", code=7)
     assert "injected" in done.stderr
 
 

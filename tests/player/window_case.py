@@ -174,6 +174,37 @@ class Display:
         x.XCloseDisplay(display)
 
 
+    def drop(self, window: int, path: pathlib.Path) -> None:
+        """As a file manager does when a file is dropped there: XDND, version 5."""
+        x = ctypes.CDLL("libX11.so.6")
+        x.XOpenDisplay.restype, x.XInternAtom.restype, x.XDefaultRootWindow.restype = ctypes.c_void_p, ctypes.c_ulong, ctypes.c_ulong
+        x.XCreateSimpleWindow.restype = ctypes.c_ulong
+        display = ctypes.c_void_p(x.XOpenDisplay(self.name.encode()))
+        assert display.value, self.name
+        atom = lambda name: x.XInternAtom(display, name, 0)  # noqa: E731
+        root = ctypes.c_ulong(x.XDefaultRootWindow(display))
+        source = x.XCreateSimpleWindow(display, root, 0, 0, 1, 1, 0, ctypes.c_ulong(0), ctypes.c_ulong(0))
+        x.XSetSelectionOwner(display, ctypes.c_ulong(atom(b"XdndSelection")), ctypes.c_ulong(source), ctypes.c_ulong(0))
+
+        def send(kind: bytes, *values: int) -> None:
+            event = (ctypes.c_long * 24)(33, 0, 0, 0, window, atom(kind), 32, source, *values)  # a ClientMessage
+            x.XSendEvent(display, ctypes.c_ulong(window), 0, ctypes.c_long(0), ctypes.byref(event))
+
+        send(b"XdndEnter", 5 << 24, atom(b"text/uri-list"))
+        send(b"XdndPosition", 0, 10 << 16 | 10, 0, atom(b"XdndActionCopy"))
+        send(b"XdndDrop", 0, 0)
+        uri, event = path.resolve().as_uri().encode() + b"\r\n", (ctypes.c_long * 24)()
+        while event[0] & 0xffffffff != 30:  # SelectionRequest; the window asks for the name
+            x.XNextEvent(display, ctypes.byref(event))
+        asks, selection, target, put, when = event[5:10]
+        x.XChangeProperty(display, ctypes.c_ulong(asks), ctypes.c_ulong(put), ctypes.c_ulong(target), 8, 0, uri, len(uri))
+        answer = (ctypes.c_long * 24)(31, 0, 0, 0, asks, selection, target, put, when)  # a SelectionNotify
+        x.XSendEvent(display, ctypes.c_ulong(asks), 0, ctypes.c_long(0), ctypes.byref(answer))
+        while event[0] & 0xffffffff != 33 or event[5] != atom(b"XdndFinished"):
+            x.XNextEvent(display, ctypes.byref(event))
+        x.XCloseDisplay(display)
+
+
 class Window:
     """gsc-play window, open in `folder`, with its log in log.jsonl there."""
 
