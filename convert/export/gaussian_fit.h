@@ -27,7 +27,7 @@ struct FitOptions {
 };
 
 // Takes the Gaussians of some anchors. May throw.
-using GaussianSink = std::function<void(const GaussianSet& part)>;
+using GaussianSink = std::function<void(GaussianSet&& part)>;
 
 // Computes all Gaussians that at least one view shows, in the order of the file, with positions in world space
 // (ModelView::origin is added). `progress(done, all)` is called between views; it may throw. The result does not depend

@@ -34,34 +34,43 @@ void append(GaussianSet& set, const GaussianSet& part)
     add(set.color, part.color);
     add(set.score, part.score);
     add(set.level, part.level);
+    add(set.shown, part.shown);
+}
+
+void keepOnly(GaussianSet& set, std::span<const uint32_t> which)
+{
+    const size_t colors = set.colorValues();
+    const auto compact = [which](auto& values, size_t each) {
+        if (values.empty())
+            return;
+        for (size_t i = 0; i < which.size(); ++i)
+            std::copy_n(values.begin() + std::ptrdiff_t(which[i] * each), each,
+                        values.begin() + std::ptrdiff_t(i * each));
+        values.resize(which.size() * each);
+    };
+    compact(set.position, 3);
+    compact(set.log_scale, 3);
+    compact(set.rotation, 4);
+    compact(set.opacity, 1);
+    compact(set.color, colors);
+    compact(set.score, 1);
+    compact(set.level, 1);
+    compact(set.shown, 1);
 }
 
 void keepBest(GaussianSet& set, size_t most)
 {
     if (set.size() <= most)
         return;
-    std::vector<size_t> kept(set.size());
-    std::iota(kept.begin(), kept.end(), size_t(0));
-    const auto better = [&](size_t a, size_t b) {
+    std::vector<uint32_t> kept(set.size());
+    std::iota(kept.begin(), kept.end(), 0u);
+    const auto better = [&](uint32_t a, uint32_t b) {
         return set.score[a] != set.score[b] ? set.score[a] > set.score[b] : a < b;
     };
     std::nth_element(kept.begin(), kept.begin() + std::ptrdiff_t(most), kept.end(), better);
     kept.resize(most);
     std::sort(kept.begin(), kept.end());
-    const auto compact = [&](auto& values, size_t each) {
-        for (size_t i = 0; i < most; ++i)
-            std::copy_n(values.begin() + std::ptrdiff_t(kept[i] * each), each,
-                        values.begin() + std::ptrdiff_t(i * each));
-        values.resize(most * each);
-    };
-    compact(set.position, 3);
-    compact(set.log_scale, 3);
-    compact(set.rotation, 4);
-    compact(set.color, set.colorValues());
-    compact(set.score, 1);
-    if (!set.level.empty())
-        compact(set.level, 1);
-    compact(set.opacity, 1);
+    keepOnly(set, kept);
 }
 
 } // namespace gsc

@@ -25,6 +25,8 @@ struct GaussianSet {
     std::vector<float> score;
     // n values: index in the file of the level of the anchor, 0 = coarsest; empty if read back from an export
     std::vector<uint16_t> level;
+    // n values: share of the views of its anchor that draw the anchor's level, 0 to 1; empty if read back
+    std::vector<float> shown;
 
     [[nodiscard]] size_t size() const { return opacity.size(); }
     // number of colour values of one Gaussian
@@ -39,5 +41,8 @@ void append(GaussianSet& set, const GaussianSet& part);
 
 // Keeps the `most` Gaussians with the highest scores, in their order; of equal scores the earlier ones.
 void keepBest(GaussianSet& set, size_t most);
+
+// Keeps the Gaussians with these numbers, which must rise.
+void keepOnly(GaussianSet& set, std::span<const uint32_t> which);
 
 } // namespace gsc

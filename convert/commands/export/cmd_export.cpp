@@ -57,6 +57,7 @@ struct ExportOptions {
     int degree = -1;                  // degree of the colours' harmonics; -1 = not given
     uint64_t most = 0;
     int spz_version = 0; // 3 or 4; 0 = not given
+    bool levels = false; // --levels is given
 };
 
 bool isGrid(ExportForm form)
@@ -72,6 +73,7 @@ void refuseIdle(const ExportOptions& options)
                        : !gaussians.cameras.empty()  ? "cameras"
                        : options.degree >= 0         ? "sh"
                        : options.most > 0            ? "max-gaussians"
+                       : options.levels              ? "levels"
                        : gaussians.ignore_distortion ? "ignore-distortion"
                        : gaussians.memory_budget > 0 ? "memory-budget"
                                                      : nullptr;
@@ -83,9 +85,49 @@ void refuseIdle(const ExportOptions& options)
     if (isGrid(options.to) && idle != nullptr)
         throw Error(ErrorCode::Usage, formatString("--%s", idle), "grids hold no Gaussians",
                     "it with --to ply, spz, glb or sog", "leave it out");
+    if (!gaussians.at.empty() && options.levels)
+        throw Error(ErrorCode::Usage, "--levels", "one camera sees the levels that are right for it", "none with --at",
+                    "leave one of them out");
     if (!gaussians.at.empty() && options.degree > 0)
         throw Error(ErrorCode::Usage, formatString("--sh %d", options.degree),
                     "what one camera sees has colours of degree 0", "no other with --at", "leave one of them out");
+}
+
+void parseLevels(const std::string& name, const std::string& text, ExportOptions& options)
+{
+    options.levels = true;
+    GaussianExportOptions& gaussians = options.gaussians;
+    gaussians.levels = text == "auto" ? LevelRequest::Measured : text == "all" ? LevelRequest::All : LevelRequest::UpTo;
+    if (gaussians.levels == LevelRequest::UpTo)
+        gaussians.finest = int(detail::wholeNumber(name, text, 0, kMaxLevelValue));
+}
+
+std::string choiceText(const GaussianExport& result, const LevelChoice& choice)
+{
+    if (choice.share > 0)
+        return formatString("anchors that %g %% of their views draw", double(choice.share) * 100);
+    const int finest = result.finestOf(choice);
+    return finest == result.level_numbers.back() ? "all" : formatString("up to level %d", finest);
+}
+
+// What was exported of a model with levels; empty for other models.
+std::string levelsText(const GaussianExport& result)
+{
+    if (result.level_numbers.size() < 2)
+        return "";
+    std::string text = "levels      " + choiceText(result, result.levels);
+    if (result.eligible < result.fitted)
+        text += formatString(", %s of %s", formatCount(result.eligible).c_str(),
+                             formatCount(result.fitted, "Gaussian").c_str());
+    if (result.trials.empty())
+        return text + "\n";
+    text += "\ntried       ";
+    for (const LevelTrial& trial : result.trials)
+        text += formatString("%s%s %s", &trial == result.trials.data() ? "" : ", ",
+                             trial.choice.share > 0 ? formatString("%g %%", double(trial.choice.share) * 100).c_str()
+                                                    : choiceText(result, trial.choice).c_str(),
+                             decibels(trial.psnr, " dB").c_str());
+    return text + "; small pictures of cameras of the fit\n";
 }
 
 std::string writtenText(const ExportOptions& options, uint64_t bytes)
@@ -164,12 +206,13 @@ void exportExplicit(const ExportOptions& options, Reporter& report)
         return report.object(json);
     std::string text = writtenText(options, result.bytes);
     text += formatString("gaussians   %s", formatCount(result.gaussians).c_str());
-    if (result.gaussians < result.fitted)
-        text += formatString(" of %s, those that may cover most", formatCount(result.fitted).c_str());
+    if (result.gaussians < result.eligible)
+        text += formatString(" of %s, those that may cover most", formatCount(result.eligible).c_str());
     text +=
         formatString("; colours of degree %d, %s\n", result.degree,
                      options.gaussians.at.empty() ? ("fitted over " + formatCount(result.fit_cameras, "camera")).c_str()
                                                   : ("as camera " + options.gaussians.at + " sees them").c_str());
+    text += levelsText(result);
     for (size_t level = 0; level < result.lods.size(); ++level) {
         const LodExport& lod = result.lods[level];
         text += formatString("level %-5zu %s, %s%s\n", level, formatCount(lod.gaussians, "Gaussian").c_str(),
@@ -298,6 +341,12 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
             .needs(cameras);
         addCount(command, "--max-gaussians", options->most, 1, UINT32_MAX, "N",
                  "keep only the N Gaussians that may cover most of the cameras' pictures");
+        detail::addValue(
+            command, "--levels", "auto|all|N (default: auto)",
+            "levels of an Octree-GS model, whose pictures never show all at once: auto: those whose small pictures "
+            "lose "
+            "least; all; or up to level N",
+            [options](const std::string& name, const std::string& text) { parseLevels(name, text, *options); });
         addFlag(command, "--lod", gaussians.lod,
                 "with --to sog, write a folder of levels of detail in chunks, which a viewer loads as it needs them");
         addInteger(command, "--spz-version", options->spz_version, 3, 4, "3|4 (default: 3)",

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/export/export_gaussians.h"
 
+#include "convert/commands/export/measure_gaussians.h"
 #include "convert/export/gaussian_fit.h"
-#include "convert/export/gaussian_render.h"
 #include "convert/export/lod/streamed_sog.h"
 #include "convert/viewer/viewer_page.h"
 #include <gsc/file/mapped_file.h>
@@ -13,7 +13,6 @@
 #include "runtime/cli/quantity.h"
 #include "runtime/cli/version.h"
 #include "runtime/cpu/renderer_cpu.h"
-#include "runtime/metrics/metrics.h"
 #include <gsc/renderer.h>
 #include "runtime/frames/frame_loop.h"
 
@@ -80,44 +79,12 @@ Views chooseViews(const Scene& scene, const std::vector<Camera>& cameras, const 
     return {takeEvenly(std::move(views.fit), kMostFitCameras), takeEvenly(std::move(views.judges), kMostJudges)};
 }
 
-GaussianLoss lossOf(const GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<Shot>& judges,
-                    const GaussianExportOptions& options, Reporter& report)
-{
-    const std::unique_ptr<Renderer> exact = makeRenderer({"cpu"}, {options.threads});
-    exact->load(scene);
-    GaussianRenderer renderer(set, scene->view().origin, options.threads);
-    const RasterConstants rules = rasterConstants(*scene->view().params, 0);
-    GaussianLoss loss;
-    PooledDifference pooled;
-    FrameLoop loop(*scene, judges, 1, exactOptions(modelOptions(*scene)), *exact);
-    const auto prepare = [&](size_t i, LoopFrame& frame) {
-        report.progress("compare", i, judges.size());
-        frame.drawToHost();
-    };
-    const auto compare = [&](size_t, LoopFrame& wanted, const TimedFrame&) {
-        const EyeParams& eye = wanted.eyes[0];
-        std::vector<float> drawn(wanted.images[0].size());
-        renderer.draw(eye, rules, wanted.options.background, drawn.data());
-        const ImageView a{wanted.images[0].data(), eye.width, eye.height};
-        const ImageView b{drawn.data(), eye.width, eye.height};
-        pooled.add(compareImages(a, b));
-        loss.ssim += ssim(a, b) / double(judges.size());
-    };
-    loop.run(
-        judges.size(), 1, [](size_t i) { return i; }, prepare, compare);
-    loss.cameras = judges.size();
-    loss.psnr = pooled.psnr();
-    loss.worst_psnr = pooled.worst_psnr;
-    loss.worst = judges[pooled.worst_frame].camera.name;
-    return loss;
-}
-
 // Measures the loss. Called after the file was written, so that only the loss is missing if memory is too short.
 void judge(const GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<Shot>& judges,
            const GaussianExportOptions& options, Reporter& report, GaussianExport& result)
 {
     try {
-        result.loss = lossOf(set, scene, judges, options, report);
+        result.loss = lossOf(set, scene, judges, options.threads, report);
     } catch (const std::bad_alloc&) {
         result.whole = false;
     } catch (const Error& e) {
@@ -148,6 +115,19 @@ void warnOfReaders(uint64_t gaussians, const GaussianExportOptions& options, Rep
                                     "most; for these, choose --max-gaussians %llu, or --to sog --lod",
                                     options.output.c_str(), formatCount(gaussians).c_str(),
                                     formatCount(options.spz_most).c_str(), (unsigned long long)options.spz_most));
+}
+
+void warnOfLoss(const GaussianExport& result, const GaussianExportOptions& options, Reporter& report)
+{
+    if (!result.loss || !(result.loss->psnr < kPoorPsnr))
+        return;
+    report.warning(formatString(
+        "%s: its pictures have a PSNR of %.1f dB against exact, which is poor (below %g): fixed Gaussians cannot "
+        "follow "
+        "what this model's networks do; show %s itself (gsc-play draws it without loss, gsc bake makes it small), "
+        "export one view with --at%s, or fit to more cameras with --cameras",
+        options.output.c_str(), result.loss->psnr, kPoorPsnr, options.file.c_str(),
+        result.level_numbers.size() > 1 ? ", try other --levels" : ""));
 }
 
 // Replaces `set` by the Gaussians as a viewer reads them from `written`, if the format rounds values; else leaves `set`
@@ -213,34 +193,39 @@ void exportLevels(GaussianSet& set, const std::shared_ptr<const Scene>& scene, c
             },
             level, options.output);
         if (!judges.empty())
-            result.lods[level].loss = lossOf(set, scene, judges, options, report);
+            result.lods[level].loss = lossOf(set, scene, judges, options.threads, report);
     }
     result.loss = result.lods.front().loss;
     report.endProgress(false);
     folder.commit();
 }
 
-// Collects the fitted Gaussians. Rows of a PLY are also written at once, so that it may become larger than memory; then
-// the Gaussians are not kept, and no loss is measured.
+// Collects the fitted Gaussians. A PLY may become larger than memory: then its rows are written as they come, the
+// Gaussians are not kept, and no loss is measured.
 class Gathering {
 public:
-    Gathering(const GaussianExportOptions& options, int degree, OutputFile* output)
-        : m_degree(degree), m_is_ply(options.to == GaussianFileFormat::Ply),
+    // `choice`: levels to keep; none: they are chosen later from all, so rows are written once memory is short
+    Gathering(const GaussianExportOptions& options, int degree, const std::optional<LevelChoice>& choice,
+              OutputFile* output)
+        : m_degree(degree), m_is_ply(options.to == GaussianFileFormat::Ply), m_choice(choice),
           m_budget(options.memory_budget > 0 ? options.memory_budget : cpuFacts(1).memory_bytes / 2)
     {
         set.degree = degree;
         if (options.to != GaussianFileFormat::Ply || options.most < std::numeric_limits<uint64_t>::max())
             return;
         m_output = output;
-        const std::string header = gaussianPlyHeader(degree, 0);
-        write(std::as_bytes(std::span(header)));
+        if (choice)
+            start();
     }
 
-    void add(const GaussianSet& part)
+    void add(GaussianSet&& part)
     {
+        fitted += part.size();
+        if (m_choice)
+            keepLevels(part, *m_choice);
         count += part.size();
-        if (m_output != nullptr)
-            writeGaussianPlyRows(part, [this](std::span<const std::byte> piece) { write(piece); });
+        if (m_started)
+            writeRows(part);
         const uint64_t each = (12 + 3 * shValues(m_degree)) * sizeof(float);
         if (whole && count * each <= m_budget && keep(part))
             return;
@@ -251,6 +236,11 @@ public:
                 "as many as memory holds",
                 formatString("choose %s, a lower --sh, fewer cameras with --cameras, or a smaller model (gsc bake)",
                              m_is_ply ? "no --max-gaussians" : "--to ply"));
+        if (!m_started) {
+            start();
+            writeRows(set);
+            writeRows(part);
+        }
         whole = false;
         set = {};
     }
@@ -263,11 +253,23 @@ public:
     }
 
     GaussianSet set;
-    uint64_t count = 0, written = 0; // number of Gaussians; number of bytes
-    bool whole = true;               // false if `set` could not keep them all
+    uint64_t fitted = 0, count = 0, written = 0; // number of Gaussians fitted, and kept; number of bytes
+    bool whole = true;                           // false if `set` could not keep them all
 
 private:
-    // Appends `part` to `set`; returns false if memory is too short and the rows were written to a PLY.
+    void start()
+    {
+        m_started = true;
+        const std::string header = gaussianPlyHeader(m_degree, 0);
+        write(std::as_bytes(std::span(header)));
+    }
+
+    void writeRows(const GaussianSet& part)
+    {
+        writeGaussianPlyRows(part, [this](std::span<const std::byte> piece) { write(piece); });
+    }
+
+    // Appends `part` to `set`; returns false if memory is too short and rows can be written to a PLY.
     bool keep(const GaussianSet& part)
     {
         try {
@@ -289,8 +291,10 @@ private:
 
     int m_degree;
     bool m_is_ply;
+    std::optional<LevelChoice> m_choice;
     uint64_t m_budget;
-    OutputFile* m_output = nullptr; // PLY to which rows are written at once; null = there is none
+    OutputFile* m_output = nullptr; // PLY that may have more rows than memory; null = there is none
+    bool m_started = false;         // rows are written as they come
 };
 
 OrderedJson lossJson(const std::optional<GaussianLoss>& loss)
@@ -304,6 +308,23 @@ OrderedJson lossJson(const std::optional<GaussianLoss>& loss)
             {"ssim_mean", jsonNumber(loss->ssim)}};
 }
 
+OrderedJson choiceJson(const GaussianExport& result, const LevelChoice& choice)
+{
+    return {{"share", choice.share}, {"finest", result.finestOf(choice)}};
+}
+
+OrderedJson levelsJson(const GaussianExport& result)
+{
+    OrderedJson json = choiceJson(result, result.levels);
+    json["count"] = result.eligible;
+    json["tried"] = OrderedJson::array();
+    for (const LevelTrial& trial : result.trials) {
+        json["tried"].push_back(choiceJson(result, trial.choice));
+        json["tried"].back()["psnr"] = jsonNumber(trial.psnr);
+    }
+    return json;
+}
+
 OrderedJson cameraJson(const Camera& camera)
 {
     const double *r = camera.rotation, *t = camera.translation;
@@ -315,6 +336,28 @@ OrderedJson cameraJson(const Camera& camera)
     return {{"name", camera.name},   {"position", std::move(position)}, {"rotation", std::move(rotation)},
             {"width", camera.width}, {"height", camera.height},         {"fov_x", camera.fov_x},
             {"fov_y", camera.fov_y}};
+}
+
+// Levels that are kept without a trial; none: they are chosen by one. Throws Error(Usage) for a level that the model has
+// not.
+std::optional<LevelChoice> levelsAsked(const Scene& scene, const GaussianExportOptions& options, GaussianExport& result)
+{
+    const ModelView& model = scene.view();
+    std::vector<int>& numbers = result.level_numbers;
+    for (size_t i = 0; i < model.params->level_count; ++i)
+        numbers.push_back(model.levels[i].level);
+    if (options.levels == LevelRequest::UpTo) {
+        const std::string given = formatString("--levels %d", options.finest);
+        if (numbers.size() < 2)
+            throw Error(ErrorCode::Usage, given, "the model has no levels", "it with a model that has", "leave it out");
+        if (options.finest < numbers.front() || options.finest > numbers.back())
+            throw Error(ErrorCode::Usage, given, "no such level",
+                        formatString("a number from %d to %d", numbers.front(), numbers.back()), "choose one of them");
+        const auto finer = std::ranges::upper_bound(numbers, options.finest);
+        return LevelChoice{.finest = uint16_t(finer - numbers.begin() - 1)};
+    }
+    const bool choose = options.levels == LevelRequest::Measured && options.at.empty() && numbers.size() > 1;
+    return choose ? std::nullopt : std::optional(LevelChoice{});
 }
 
 std::string pageOf(const Scene& scene, const std::vector<Camera>& cameras, const GaussianExportOptions& options,
@@ -347,6 +390,8 @@ OrderedJson gaussiansJson(const GaussianExport& result)
                         {"sh_degree", result.degree},
                         {"fit_cameras", result.fit_cameras},
                         {"loss", lossJson(result.loss)}};
+    if (result.level_numbers.size() > 1)
+        json["levels"] = levelsJson(result);
     for (const LodExport& lod : result.lods)
         json["lods"].push_back({{"count", lod.gaussians}, {"chunks", lod.chunks}, {"loss", lossJson(lod.loss)}});
     return json;
@@ -370,15 +415,17 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
     const int degree = options.at.empty() ? options.degree : 0;
     const FitOptions fit_options{degree, options.threads, !options.at.empty(),
                                  rasterConstants(*scene->view().params, 0)};
+    GaussianExport result;
+    const std::optional<LevelChoice> choice = levelsAsked(*scene, options, result);
     std::optional<OutputFile> file;
     std::optional<NewFolder> folder;
     if (options.lod)
         folder.emplace(options.output, options.overwrite, kLodFolder);
     else
         file.emplace(options.output, OutputKind::Binary, options.overwrite);
-    Gathering gathering(options, degree, file ? &*file : nullptr);
+    Gathering gathering(options, degree, choice, file ? &*file : nullptr);
     fitGaussians(
-        scene->view(), fit, fit_options, [&](const GaussianSet& part) { gathering.add(part); },
+        scene->view(), fit, fit_options, [&](GaussianSet&& part) { gathering.add(std::move(part)); },
         [&](uint64_t done, uint64_t all) {
             throwIfInterrupted();
             report.progress("fit", done, all);
@@ -387,8 +434,15 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
         throw Error(ErrorCode::Usage, options.file, "none of the cameras shows a Gaussian", "some",
                     "pass cameras that look at the model with --cameras");
     GaussianSet set = std::move(gathering.set);
-    GaussianExport result;
-    result.fitted = gathering.count;
+    if (choice) {
+        result.levels = *choice;
+    } else if (gathering.whole) {
+        result.trials = tryLevels(set, scene, views.fit, options.threads, report);
+        result.levels = std::ranges::max_element(result.trials, {}, &LevelTrial::psnr)->choice;
+        keepLevels(set, result.levels);
+    }
+    result.fitted = gathering.fitted;
+    result.eligible = gathering.whole ? set.size() : gathering.count;
     keepBest(set, size_t(options.most));
     result.gaussians = gathering.whole ? set.size() : gathering.count;
     result.whole = gathering.whole;
@@ -397,6 +451,7 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
 
     if (options.lod) {
         exportLevels(set, scene, views.judges, options, report, *folder, result);
+        warnOfLoss(result, options, report);
         return result;
     }
     warnOfReaders(result.gaussians, options, report);
@@ -431,6 +486,7 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
     }
     report.endProgress(false);
     output.commit();
+    warnOfLoss(result, options, report);
     return result;
 }
 

@@ -7,12 +7,26 @@
 #include "runtime/cli/json.h"
 #include "runtime/cli/reporter.h"
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace gsc {
+
+// Gaussians of a model with levels that are exported together.
+struct LevelChoice {
+    float share = 0;                                        // least share of the views of an anchor that draw its level
+    uint16_t finest = std::numeric_limits<uint16_t>::max(); // index in the file of the finest level
+};
+
+struct LevelTrial {
+    LevelChoice choice;
+    double psnr; // of the trial's pictures, pooled, in dB
+};
+
+enum class LevelRequest { Measured, All, UpTo };
 
 struct GaussianExportOptions {
     std::string file, output;
@@ -29,9 +43,14 @@ struct GaussianExportOptions {
     int degree = kMostShDegree;
     uint64_t most = std::numeric_limits<uint64_t>::max(); // most Gaussians in the file
     uint64_t memory_budget = 0;                           // most bytes of memory for Gaussians; 0 = half of main memory
+    LevelRequest levels = LevelRequest::Measured;
+    int finest = 0; // number of the finest level, with UpTo
     int threads = 0;
     bool overwrite = false;
 };
+
+// pictures of an export that keep less than this, in dB against `exact`, are warned of
+constexpr double kPoorPsnr = 25;
 
 // How much pictures of the exported Gaussians differ from those of tier `exact`.
 struct GaussianLoss {
@@ -48,15 +67,24 @@ struct LodExport {
 };
 
 struct GaussianExport {
-    // Gaussians in the file; Gaussians fitted, of which the best were kept
-    uint64_t gaussians = 0, fitted = 0;
+    // Gaussians in the file; Gaussians fitted; Gaussians of the levels that were chosen, of which the best were kept
+    uint64_t gaussians = 0, fitted = 0, eligible = 0;
     int degree = 0;
     uint64_t bytes = 0, fit_cameras = 0;
     // false if the Gaussians did not all fit in memory, so that no loss was measured
     bool whole = true;
     // none if `whole` is false, or if the fit used every camera
     std::optional<GaussianLoss> loss;
-    std::vector<LodExport> lods; // with `lod`: one entry per level, finest first
+    std::vector<LevelTrial> trials; // choices of levels that were measured; empty if there was nothing to choose
+    LevelChoice levels;             // choice that was exported
+    std::vector<int> level_numbers; // the trainer's number of each level in the file, coarsest first
+    std::vector<LodExport> lods;    // with `lod`: one entry per level, finest first
+
+    // number of the finest level of a choice
+    [[nodiscard]] int finestOf(const LevelChoice& choice) const
+    {
+        return level_numbers[std::min<size_t>(choice.finest, level_numbers.size() - 1)];
+    }
 };
 
 // JSON of the section `gaussians` of the report.
