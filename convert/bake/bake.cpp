@@ -291,7 +291,8 @@ private:
     // --max-bytes.
     void measureFile(const std::string& path)
     {
-        const IssueSink sink = throwFirstIssue(m_output);
+        const std::string& name = m_options.output_name.empty() ? m_output : m_options.output_name;
+        const IssueSink sink = throwFirstIssue(name);
         const GscFile file(path, sink);
         GscView view;
         openGsc(file.bytes(), view, GscCheck::Full, sink);
@@ -299,7 +300,7 @@ private:
         m_report.after = {file.bytes().size(), archiveSize(file, view, m_options.threads)};
         if (m_options.max_bytes > 0 && m_report.after.archive.file > m_options.max_bytes)
             throw Error(
-                ErrorCode::Difference, m_output,
+                ErrorCode::Difference, name,
                 formatString("its archive would have %llu bytes", (unsigned long long)m_report.after.archive.file),
                 formatString("at most %llu of --max-bytes", (unsigned long long)m_options.max_bytes),
                 "nothing was written, pass a lower --target-psnr or more bytes");

@@ -23,6 +23,7 @@ struct BakeOptions {
     std::string input; // path of a .gsc file
     std::string name;  // name of the input in messages and in the report; empty = its path
     std::string output;
+    std::string output_name; // name of the output in messages; empty = its path
     bool overwrite = false;
     std::vector<std::string> cameras; // paths of camera files; empty = the cameras stored in the input
     CamerasTransform cameras_transform = CamerasTransform::Told;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
+#include "convert/commands/output_name.h"
 
 #include "format/archive/archive.h"
 #include <gsc/file/mapped_file.h>
@@ -54,6 +55,7 @@ void tell(const ArchiveCommand& options, const ArchiveSizes& sizes, uint64_t anc
 
 ErrorCode runArchive(const ArchiveCommand& options, Reporter& report)
 {
+    checkGscName(options.output);
     checkOutputsDiffer(std::vector<NamedPath>{{options.output, "--output"}},
                        std::vector<NamedPath>{{options.file, "FILE"}});
     checkOutput(options.output, OutputKind::Binary, options.overwrite);

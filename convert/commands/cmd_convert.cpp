@@ -2,6 +2,7 @@
 #include "convert/commands/checkpoint_options.h"
 #include "convert/commands/command.h"
 #include "convert/commands/convert_report.h"
+#include "convert/commands/output_name.h"
 
 #include "convert/compare/compare_checkpoint.h"
 #include "convert/write/model_sections.h"
@@ -97,22 +98,12 @@ std::string defaultOutput(const std::string& input)
     return path.string() + ".gsc";
 }
 
-// Throws Error(Usage) for a name that says another kind of file.
-void checkEnding(const std::string& output)
-{
-    const std::string ending = std::filesystem::path(output).extension().string();
-    for (const char* const other : {".ply", ".spz", ".glb", ".sog", ".html", ".nvdb", ".vdb", ".splat"})
-        if (ending == other)
-            throw Error(ErrorCode::Usage, "--output " + output, "names a " + ending + " file", "FILE.gsc",
-                        "convert first; gsc export FILE.gsc -o " + output + " writes such a file of it");
-}
-
 ErrorCode runConvert(const ConvertOptions& given, Reporter& report)
 {
     ConvertOptions options = given;
     if (options.write.output.empty())
         options.write.output = defaultOutput(options.input);
-    checkEnding(options.write.output);
+    checkGscName(options.write.output);
     WriteOptions write_options = options.write;
     write_options.appearance = parseAppearance(options.appearance);
     const std::vector<NamedPath> outputs = outputsOf(options);

@@ -2,6 +2,7 @@
 #include "convert/commands/model_facts.h"
 
 #include "convert/input/model_names.h"
+#include "runtime/records/report_parts.h"
 
 namespace gsc {
 
@@ -46,6 +47,31 @@ std::string modelText(const ModelParams& params, uint64_t anchors)
         text += formatString("\nlod         %s, fork %u, levels %d to %d, standard distance %g",
                              kLevelRuleNames[params.level_rule], params.fork, params.level_min,
                              params.level_min + params.level_clamp, double(params.standard_dist));
+    return text;
+}
+
+std::string bakedText(const Json& reduction)
+{
+    if (!reduction.is_object())
+        return "";
+    const auto count = [&](const char* key, const char* one) {
+        const bool known = reduction.contains(key) && reduction[key].is_number_unsigned();
+        return known ? formatCount(reduction[key].get<uint64_t>(), one)
+                     : "an unknown number of " + std::string(one) + "s";
+    };
+    const auto psnrOf = [](const Json& of, const char* key) {
+        const bool known = of.is_object() && of.contains(key) && of[key].is_number();
+        return known ? decibels(of[key].get<double>(), " dB") : std::string();
+    };
+    const std::string target = psnrOf(reduction, "target_psnr");
+    std::string text = "from the whole model, " + (target.empty() ? "without a target" : "to " + target) + ": " +
+                       count("anchors_left_out", "anchor") + " left out, " + count("slots_masked", "slot") + " masked";
+    const Json verdict = reduction.contains("verdict") ? reduction["verdict"] : Json();
+    const std::string psnr = psnrOf(verdict, "psnr"), worst = psnrOf(verdict, "worst_psnr");
+    if (!psnr.empty())
+        text += "; pictures keep " + psnr + (worst.empty() ? "" : ", the worst " + worst);
+    else if (verdict.is_object() && verdict.contains("psnr")) // null
+        text += "; pictures are equal";
     return text;
 }
 

@@ -14,4 +14,8 @@ namespace gsc {
 Json modelJson(const ModelParams& params, uint64_t anchors);
 std::string modelText(const ModelParams& params, uint64_t anchors);
 
+// Words for what `gsc bake` says of itself in the manifest under "reduction", on one line without its end; "" for
+// anything that is no object. The manifest may come from anybody.
+std::string bakedText(const Json& reduction);
+
 } // namespace gsc

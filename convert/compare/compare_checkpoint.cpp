@@ -81,6 +81,8 @@ private:
         const nlohmann::json manifest = nlohmann::json::parse(m_view.manifest, nullptr, false);
         if (manifest.is_object() && manifest.contains(kPlace) && manifest[kPlace].is_number_unsigned())
             m_report.dropped = manifest[kPlace].get<uint64_t>();
+        if (manifest.is_object() && manifest.contains("reduction"))
+            m_report.reduction = manifest["reduction"].dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
     }
 
     void problem(std::string text) { m_report.problems.push_back(std::move(text)); }

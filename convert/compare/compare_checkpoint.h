@@ -26,6 +26,8 @@ struct CompareReport {
     uint64_t anchors = 0; // number of anchors compared
     // anchors of the checkpoint that --drop-invalid left out, as the manifest of the file states
     uint64_t dropped = 0;
+    // JSON of what `gsc bake` says of itself in the manifest of the file; empty = the file is not baked
+    std::string reduction;
     std::vector<AttributeDifference> attributes;
     std::vector<std::string> problems; // differences that are not of single values: counts, settings, missing parts
 

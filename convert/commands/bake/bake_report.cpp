@@ -4,6 +4,8 @@
 #include "runtime/cli/version.h"
 #include "runtime/records/report_parts.h"
 
+#include <filesystem>
+
 namespace gsc {
 
 namespace {
@@ -49,7 +51,7 @@ std::string bytesText(const char* name, const BakeSizes& sizes, uint64_t anchors
 
 } // namespace
 
-Json bakeJson(const BakeOptions& options, const BakeReport& report)
+Json bakeJson(const BakeOptions& options, const BakeReport& report, bool packed)
 {
     Json levers = Json::array(), stages = Json::array();
     const std::vector<int64_t> shares = leverShares(report);
@@ -61,6 +63,7 @@ Json bakeJson(const BakeOptions& options, const BakeReport& report)
             {"generator", {{"name", "gsc"}, {"version", toolVersion()}}},
             {"path", options.name},
             {"output", options.output},
+            {"packed", packed},
             {"target_psnr", options.target_psnr ? Json(report.target) : Json(nullptr)},
             {"min_view_psnr", options.target_psnr ? Json(report.min_view) : Json(nullptr)},
             {"anchors",
@@ -86,9 +89,9 @@ Json bakeJson(const BakeOptions& options, const BakeReport& report)
             {"peak_memory_bytes", peakMemoryBytes()}};
 }
 
-std::string bakeText(const BakeOptions& options, const BakeReport& report)
+std::string bakeText(const BakeOptions& options, const BakeReport& report, bool packed)
 {
-    std::string text = formatString("wrote       %s\n", options.output.c_str());
+    std::string text = formatString("wrote       %s%s\n", options.output.c_str(), packed ? ", packed" : "");
     text += formatString("left out    %s of %s; masked %s of %s of the others\n",
                          formatCount(report.anchors_left_out).c_str(), formatCount(report.anchors, "anchor").c_str(),
                          formatCount(report.slots_masked).c_str(), formatCount(report.slots, "slot").c_str());
@@ -105,7 +108,13 @@ std::string bakeText(const BakeOptions& options, const BakeReport& report)
                                  double(shares[i]) / double(report.anchors));
     text += formatString("weights     %s; drawn by %s\n", formatCount(report.weight_poses, "pose").c_str(),
                          report.device.c_str());
-    return text + setText("search", report.search) + setText("verdict", report.verdict);
+    text += setText("search", report.search) + setText("verdict", report.verdict);
+    if (!packed)
+        text += formatString("pack it     gsc archive %s -o %s makes %s of it; so does --archive here\n",
+                             options.output.c_str(),
+                             std::filesystem::path(options.output).replace_extension(".archive.gsc").c_str(),
+                             formatBytes(report.after.archive.file).c_str());
+    return text;
 }
 
 } // namespace gsc

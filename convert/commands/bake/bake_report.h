@@ -10,8 +10,9 @@
 
 namespace gsc {
 
-Json bakeJson(const BakeOptions& options, const BakeReport& report);
-std::string bakeText(const BakeOptions& options, const BakeReport& report);
+// `packed`: the output is an archive.
+Json bakeJson(const BakeOptions& options, const BakeReport& report, bool packed);
+std::string bakeText(const BakeOptions& options, const BakeReport& report, bool packed);
 
 // Lines of JSON (schemas/run.schema.json), one for each point of the curve. `name`: name of the model.
 std::string curveLines(const std::string& name, const BakeOptions& options, const Curve& curve);

@@ -2,13 +2,17 @@
 #include "convert/commands/bake/bake_report.h"
 #include "convert/commands/checkpoint_options.h"
 #include "convert/commands/command.h"
+#include "convert/commands/output_name.h"
 
 #include "convert/bake/state/bake_state.h"
 #include "convert/write/write_gsc.h"
+#include "format/archive/archive.h"
 #include <gsc/file/output_file.h>
 #include <gsc/file/output_paths.h>
 #include "format/file/temporary.h"
+#include <gsc/gsc_file.h>
 #include <gsc/gsc_layout.h>
+#include <gsc/gsc_reader.h>
 
 #include <algorithm>
 #include <bit>
@@ -29,7 +33,7 @@ struct BakeCommand {
     BakeOptions bake;
     CheckpointOptions checkpoint;
     std::vector<std::string> levers;
-    bool compact = false;
+    bool compact = false, archive = false;
     double target = 0, min_view = 0; // dB of --target-psnr and --min-view-psnr; 0 = not given
 };
 
@@ -107,6 +111,7 @@ void refuseWithoutTarget(const BakeCommand& command)
                               : bake.device.backend != none.device.backend         ? "--backend"
                               : bake.device.ordinal != none.device.ordinal         ? "--device"
                               : !bake.resume.empty()                               ? "--resume"
+                              : command.archive                                    ? "--archive"
                                                                                    : nullptr;
     if (given != nullptr)
         throw Error(ErrorCode::Usage, given, "given without --target-psnr",
@@ -201,6 +206,17 @@ ErrorCode cutOrJoin(const BakeCommand& command, Reporter& report)
     return ErrorCode::Ok;
 }
 
+// Writes the archive of a baked file.
+void pack(const std::string& baked, const BakeOptions& options, Reporter& report)
+{
+    const IssueSink sink = throwFirstIssue(options.output);
+    const GscFile file(baked, sink);
+    GscView view;
+    openGsc(file.bytes(), view, GscCheck::Full, sink);
+    (void)writeArchive(file.bytes(), view, options.output, options.overwrite, {.threads = options.threads},
+                       [&](uint64_t done, uint64_t all) { report.progress("archive", done, all); });
+}
+
 void tellKept(uint64_t pictures, Reporter& report)
 {
     if (pictures > 0)
@@ -248,6 +264,11 @@ ErrorCode runAsked(const BakeCommand& given, Reporter& report)
     if (curve && (options.target_psnr || options.min_view_psnr || options.max_bytes > 0))
         throw Error(ErrorCode::Usage, "--curve", "given with a target or a bound", "its own targets alone",
                     "leave out --target-psnr, --min-view-psnr and --max-bytes");
+    if (curve && command.archive)
+        throw Error(ErrorCode::Usage, "--archive", "given with --curve", "one of them: a curve is no .gsc",
+                    "leave one of them out");
+    if (!curve)
+        checkGscName(options.output);
     std::vector<NamedPath> inputs;
     for (const std::string& input : command.inputs)
         inputs.push_back({input, "INPUT"});
@@ -270,15 +291,22 @@ ErrorCode runAsked(const BakeCommand& given, Reporter& report)
         return cutOrJoin(command, report);
     Workplace workplace;
     options.input = wholeFile(command, workplace, report);
-    const BakeReport result = bake(options, std::bind_front(&Reporter::progress, &report));
+    BakeOptions baking = options;
+    if (command.archive) {
+        baking.output = workplace.file("baked.gsc");
+        baking.output_name = options.output;
+    }
+    const BakeReport result = bake(baking, std::bind_front(&Reporter::progress, &report));
+    if (command.archive)
+        pack(baking.output, options, report);
     for (const std::string& warning : result.warnings)
         report.warning(warning);
     tellKept(result.pictures_kept, report);
     report.endProgress(false);
     if (report.json())
-        report.object(bakeJson(options, result));
+        report.object(bakeJson(options, result, command.archive));
     else
-        report.text(bakeText(options, result));
+        report.text(bakeText(options, result, command.archive));
     report.done("baked " + options.name);
     return ErrorCode::Ok;
 }
@@ -325,6 +353,8 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
         "instead of one file, measure bytes, memory, time and picture quality at each of these targets: --output is "
         "then a .jsonl file, which `gsc chart` draws",
         [options](const std::string& name, const std::string& text) { options->curve = parseTargets(name, text); });
+    addFlag(command, "--archive", options->archive,
+            "write the file packed, as `gsc archive` does: only that makes it small");
     addByteSize(command, "--max-bytes", bake.max_bytes, 1, "SIZE",
                 "largest size of the file when `gsc archive` has packed it, such as 4M");
     const OptionHandle cameras =
@@ -366,11 +396,11 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
     setFooter(command, "Half of the cameras measure what each Gaussian and anchor adds to pictures; a\n"
                        "quarter, the search, how far values can be rounded; the last quarter, the\n"
                        "verdict, the quality of the result. Poses between cameras are added to each.\n"
-                       "Exits with 8 and writes nothing if the target cannot be reached. Pack the file\n"
-                       "with `gsc archive` then: only that makes it small.\n"
+                       "Exits with 8 and writes nothing if the target cannot be reached. Only packing\n"
+                       "makes the file small: --archive, or `gsc archive` afterwards.\n"
                        "\n"
                        "examples:\n"
-                       "  gsc bake city.gsc -o city50.gsc --target-psnr 50\n"
+                       "  gsc bake city.gsc -o city50.gsc --target-psnr 50 --archive\n"
                        "  gsc bake output/room -o room.gsc --target-psnr 45 --min-view-psnr 40 \\\n"
                        "      --format json\n"
                        "  gsc bake city.gsc -o city55.gsc --target-psnr 55 --resume city55.state\n"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/checkpoint_options.h"
 #include "convert/commands/command.h"
+#include "convert/commands/model_facts.h"
 #include "convert/compare/compare_render.h"
 
 #include "convert/compare/compare_checkpoint.h"
@@ -27,6 +28,9 @@ struct Comparison {
     CompareReport values;
     std::optional<RenderComparison> pictures;
     bool pass = false;
+
+    [[nodiscard]] bool isBaked() const { return !values.reduction.empty(); }
+    [[nodiscard]] Json reduction() const { return isBaked() ? Json::parse(values.reduction) : Json(nullptr); }
 };
 
 Json compareJson(const CompareOptions& options, const Comparison& comparison, double seconds)
@@ -45,6 +49,7 @@ Json compareJson(const CompareOptions& options, const Comparison& comparison, do
                  {"equal", comparison.values.equal},
                  {"anchors", comparison.values.anchors},
                  {"dropped", comparison.values.dropped},
+                 {"reduction", comparison.reduction()},
                  {"attributes", std::move(attributes)},
                  {"problems", comparison.values.problems}};
     if (comparison.pictures)
@@ -78,6 +83,9 @@ std::string compareText(const Comparison& comparison)
     if (comparison.values.dropped)
         text += formatString("%s left out on purpose (--drop-invalid)\n",
                              formatCount(comparison.values.dropped, "anchor").c_str());
+    if (comparison.isBaked())
+        text += "baked " + bakedText(comparison.reduction()) +
+                (comparison.values.equal ? "\n" : "; so values differ on purpose: --render compares pictures\n");
     text += formatString("%s: %s\n", formatCount(comparison.values.anchors, "anchor").c_str(),
                          comparison.values.summary().c_str());
     if (comparison.pictures) {

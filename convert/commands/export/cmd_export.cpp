@@ -2,6 +2,7 @@
 #include "convert/commands/command.h"
 
 #include "convert/commands/export/export_gaussians.h"
+#include "convert/commands/output_name.h"
 #include "convert/grids/grid_files.h"
 #include "convert/input/checkpoint.h"
 #include "convert/write/write_gsc.h"
@@ -11,7 +12,6 @@
 #include <gsc/gsc_file.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <functional>
 #include <optional>
 
@@ -43,7 +43,7 @@ const FormName& nameOf(ExportForm form)
 // Returns the form that a file's name says, or none for another ending.
 std::optional<ExportForm> formOf(const std::string& output)
 {
-    const std::string ending = std::filesystem::path(output).extension().string();
+    const std::string ending = endingOf(output);
     const auto found =
         std::ranges::find_if(kForms, [&](const FormName& form) { return ending == std::string(".") + form.name; });
     return found == std::end(kForms) ? std::nullopt : std::optional(found->form);
@@ -249,29 +249,39 @@ void convertTo(const TemporaryGsc& file, const std::string& model, Reporter& rep
     report.tell(model + ": converted for this run; gsc convert " + model + " keeps the file");
 }
 
+// Sets the form, which --to, --html and the output's name must not contradict, and then both paths of a page.
+void chooseForm(ExportOptions& options)
+{
+    const bool page = !options.page.empty();
+    std::string& output = options.gaussians.output;
+    if (page)
+        output = options.page;
+    const std::string said = page ? "--html" : "--output";
+    const std::optional<ExportForm> named = formOf(output);
+    const bool chosen = page || options.to != ExportForm::Page;
+    if (!chosen && !named)
+        throw Error(ErrorCode::Usage, "--to", "not given, and the name " + output + " says no form",
+                    "an ending such as .ply, or --to", "see gsc export --help");
+    if (!chosen)
+        options.to = *named;
+    const std::string ending = endingOf(output);
+    const bool other = ending == ".gsc" || ending == ".gltf" || ending == ".splat" || ending == ".ksplat";
+    if (other || (named && *named != options.to))
+        throw Error(ErrorCode::Usage, said + " " + output,
+                    "is named as a " + ending + " file, and would hold " + nameOf(options.to).what,
+                    std::string("a name that ends with .") + nameOf(options.to).name,
+                    page ? "choose such a name" : "choose such a name, or another --to");
+    if (options.to == ExportForm::Page)
+        options.page = output;
+}
+
 ErrorCode runExport(const ExportOptions& given, Reporter& report)
 {
     ExportOptions options = given;
     GaussianExportOptions& common = options.gaussians;
     if (options.page.empty() && common.output.empty())
         throw Error(ErrorCode::Usage, "--output", "not given", "-o FILE", "see gsc export --help");
-    if (options.page.empty()) {
-        const std::optional<ExportForm> named = formOf(common.output);
-        if (options.to == ExportForm::Page) // none was given
-            options.to = named.value_or(ExportForm::Page);
-        if (options.to == ExportForm::Page && named != ExportForm::Page)
-            throw Error(ErrorCode::Usage, "--to", "not given, and the name " + common.output + " says no form",
-                        "an ending such as .ply, or --to", "see gsc export --help");
-        if (named && *named != options.to)
-            throw Error(ErrorCode::Usage, "--output " + common.output,
-                        std::string("is named as ") + nameOf(*named).what + ", and --to says " +
-                            nameOf(options.to).name,
-                        "one form", "leave --to out, or choose another name");
-        if (options.to == ExportForm::Page)
-            options.page = common.output;
-    } else {
-        common.output = options.page;
-    }
+    chooseForm(options);
     refuseIdle(options);
     if (options.spz_version > 0)
         common.spz_version = options.spz_version;

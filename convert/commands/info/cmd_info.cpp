@@ -178,6 +178,8 @@ std::string infoText(const std::string& path, const GscFile& file, const GscView
         text += formatString("%-11s %s\n", fourCcText(entry.type).c_str(), formatBytes(entry.bytes).c_str());
     if (manifest.is_object() && manifest.contains("source"))
         text += "source      " + oneLine(manifest["source"]) + "\n";
+    if (manifest.is_object() && manifest.contains("reduction"))
+        text += "baked       " + bakedText(manifest["reduction"]) + "\n";
     if (manifest.is_object() && manifest.contains("crop"))
         text += "crop        " + oneLine(manifest["crop"]) + "\n";
     return text;
