@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Computes explicit Gaussians from anchors and networks. The position is the model's own. The colour is fitted with
 // spherical harmonics over the directions from which cameras see the Gaussian: least squares, weighted by opacity over
-// distance squared. Opacity and shape are weighted means over those cameras.
+// distance squared. Opacity and shape are weighted means over those cameras; a shape is made smaller by half of what the
+// mean of different directions made it larger.
 #pragma once
 
 #include "convert/export/gaussian_set.h"

@@ -519,3 +519,47 @@ TEST_CASE("fit: one view is drawn as it was, colours follow the view with the de
     CHECK(one.opacity == many.opacity);
     CHECK(one.size() > 1000);
 }
+
+TEST_CASE("fit: what share of its views draws an anchor's level")
+{
+    SyntheticOptions options = octree(LevelRule::Round, 400);
+    options.extent = 2;
+    const SyntheticModel model(options);
+    const RasterConstants rules = rasterConstants(*model.view().params, 0);
+    std::vector<FitView> views;
+    for (int i = 0; i < 4; ++i)
+        views.push_back({eyeAround(0.3 * i), -1});
+    const GaussianSet one = fitted(model.view(), {views[0]}, {0, 0, false, rules});
+    const GaussianSet all = fitted(model.view(), views, {0, 0, false, rules});
+    REQUIRE(one.shown.size() == one.size());
+    CHECK(std::ranges::all_of(one.shown, [](float share) { return share == 1; })); // others are not in the set
+    size_t some = 0;
+    for (size_t i = 0; i < all.size(); ++i) {
+        CHECK((all.shown[i] > 0 && all.shown[i] <= 1));
+        if (all.level[i] == 0)
+            CHECK(all.shown[i] == 1);
+        some += all.shown[i] < 1;
+    }
+    CHECK(some > 0);
+}
+
+TEST_CASE("fit: shapes that turn with the view do not grow into each other")
+{
+    const SyntheticModel model({.anchors = 300, .log_scale = -2.2f, .extent = 2});
+    const RasterConstants rules = rasterConstants(*model.view().params, 0);
+    std::vector<FitView> views;
+    for (int i = 0; i < 16; ++i)
+        views.push_back({eyeAround(0.4 * i), -1});
+    const auto volumes = [](const GaussianSet& set) {
+        double sum = 0;
+        for (const float value : set.log_scale)
+            sum += double(value);
+        return sum / double(set.size());
+    };
+    double alone = 0;
+    for (const FitView& view : views)
+        alone += volumes(fitted(model.view(), {view}, {0, 0, true, rules})) / double(views.size());
+    const double together = volumes(fitted(model.view(), views, {0, 0, false, rules}));
+    MESSAGE("logarithms of volumes: one view ", alone, ", all ", together);
+    CHECK(together < alone + 0.3);
+}
