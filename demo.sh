@@ -1,27 +1,60 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# From nothing to pictures: installs what is missing, builds, takes a trained model, converts, validates, plays it.
-#   ./demo.sh                    a sample made on the spot
-#   ./demo.sh CHECKPOINT_DIR     a model folder of Scaffold-GS or Octree-GS
+# From nothing to pictures; its help is below.
 set -euo pipefail
-model=${1:-}
+
+usage() {
+    cat <<'TEXT'
+usage: ./demo.sh [--with PART[,PART...]] [MODEL]
+Installs what is missing, builds gsc and gsc-play, converts a trained model,
+validates and plays it. Pictures and the .gsc file lie in out/ at the end.
+  MODEL         a model folder of Scaffold-GS or Octree-GS; without it a
+                sample made on the spot
+  --with PARTS  more than the pictures of the demo need, separated by commas:
+                  window   gsc-play window, a window to fly in
+                  headset  gsc-play xr, through OpenXR
+                  figures  gsc chart --figures, charts as SVG and PNG
+                  images   EXR, and reading JPEG and others
+                A part whose libraries are here already is built without it.
+Compiled for the GPU of this machine; without one, without CUDA.
+CMAKE_CUDA_ARCHITECTURES=90 ./demo.sh compiles for other GPUs, here for 9.0.
+TEXT
+}
+
+parts=()
+model=
+while [ $# -gt 0 ]; do
+    case $1 in
+    -h | --help)
+        usage
+        exit 0
+        ;;
+    --with)
+        [ $# -gt 1 ] || { echo "demo: --with lacks its parts, such as --with window,images" >&2; exit 2; }
+        IFS=, read -ra parts <<<"$2"
+        shift
+        ;;
+    --with=*) IFS=, read -ra parts <<<"${1#--with=}" ;;
+    -*)
+        echo "demo: there is no option $1; ./demo.sh --help lists them" >&2
+        exit 2
+        ;;
+    *) model=$1 ;;
+    esac
+    shift
+done
 [ -z "$model" ] || model=$(realpath -e -- "$model")
 cd "$(dirname "$0")"
 
 step() { printf '\n== %s\n' "$*"; }
 
 step "set-up and build"
-.ci/setup.sh
-mkdir -p build out
-if ! { cmake --preset release && cmake --build --preset release -j "$(nproc)" --target gsc gsc-play; } >build/demo.log 2>&1; then
-    tail -n 40 build/demo.log >&2
-    echo "demo: the build failed; the whole log is build/demo.log" >&2
-    exit 4
-fi
-gsc=$(find build/release -name gsc -type f -perm -u+x | head -n 1)
-play=$(find build/release -name gsc-play -type f -perm -u+x | head -n 1)
+.ci/build.sh "${parts[@]}"
+gsc=build/release/bin/gsc
+play=build/release/player/gsc-play
 
 if [ -z "$model" ]; then
+    mkdir -p out/demo
     model=out/demo/model
     step "gsc sample: a city in the layout a trainer leaves"
     "$gsc" sample city --anchors 300k --model octree -o "$model" -w

@@ -10,14 +10,14 @@ set -euo pipefail
 cd "$(dirname "$0")"
 
 jobs=$(nproc)
-ci=OFF
+options=(-DGSC_CI_TESTS=OFF)
 if [ -n "${GSC_CI:-}" ]; then # set by .ci/run
-    ci=ON
+    options=(-DGSC_CI_TESTS=ON -DGSC_WITH_CUDA=AUTO)
     .ci/setup.sh ci
 else
-    .ci/setup.sh
+    .ci/setup.sh tests
 fi
-cmake --preset release -DGSC_CI_TESTS=$ci
+cmake --preset release -DGSC_BUILD_TESTS=ON "${options[@]}" # ./demo.sh leaves tests out, and CUDA where no GPU is
 cmake --build --preset release -j "$jobs"
 [ $# -gt 0 ] || set -- -LE long
 # a shell's `command &` starts with SIGINT ignored, which programs under test would keep so

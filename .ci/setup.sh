@@ -1,29 +1,53 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what the build and the tests need and the machine lacks, from the distribution (Debian 12, Ubuntu 24.04).
-# usage: .ci/setup.sh [ci]    ci = also the tools of .ci/run: ccache, clang for the fuzz targets, clang-format, and what tests
-#                             skip where it is missing: zsh and fish, which complete, man, ffmpeg, what opens a
-#                             window without a display, and Chromium with the viewers of tests/viewers, from npm
+# Installs what the machine lacks, from the distribution (Debian 12, Ubuntu 24.04).
+# usage: .ci/setup.sh [PART...]
+#   without a part   what gsc and gsc-play need to convert, play and write PNG
+#   window, headset  gsc-play window; gsc-play xr
+#   figures          gsc chart --figures
+#   images           EXR, and reading what OpenImageIO reads
+#   mpi              gsc-play-mpi
+#   tests            what ./test.sh needs, which tests all of the above
+#   ci               everything, and the tools of .ci/run: ccache, clang for the fuzz targets, clang-format, and what
+#                    tests skip where it is missing: zsh and fish, which complete, man, ffmpeg, what opens a window
+#                    without a display, and Chromium with the viewers of tests/viewers, from npm
 set -euo pipefail
 
 packages=(
     g++ cmake ninja-build
     libopenvdb-dev libnanovdb-dev libboost-dev libboost-iostreams-dev libtbb-dev
-    libopenimageio-dev openimageio-tools python3-imath # OpenImageIO's CMake package fails without the last two
-    nlohmann-json3-dev libglm-dev libcli11-dev libhwy-dev libxxhash-dev libzstd-dev zlib1g-dev libdeflate-dev libzip-dev libyaml-cpp-dev
-    duktape-dev librsvg2-dev pkg-config # gsc chart --figures
-    libwebp-dev                             # gsc export --to sog
-    libvulkan-dev libglfw3-dev libimgui-dev # gsc-play window
-    libopenxr-dev                           # gsc-play xr, with libvulkan-dev
-    doctest-dev libbenchmark-dev binutils python3 python3-numpy python3-jsonschema
+    nlohmann-json3-dev libglm-dev libcli11-dev libhwy-dev libxxhash-dev libzstd-dev zlib1g-dev libdeflate-dev libzip-dev
+    libyaml-cpp-dev libwebp-dev
 )
-if [ "${1:-}" = ci ]; then
-    packages+=(ccache clang libclang-rt-dev clang-format-14 zsh fish man-db libopenmpi-dev openmpi-bin ffmpeg
-               xvfb xdotool mesa-vulkan-drivers vulkan-validationlayers)
-    command -v npm >/dev/null || packages+=(npm)
-    # Ubuntu has it as a snap, which does not run everywhere
-    if grep -q '^ID=debian' /etc/os-release 2>/dev/null; then packages+=(chromium); fi
-fi
+is_ci=
+parts=("$@")
+for ((i = 0; i < ${#parts[@]}; ++i)); do
+    case ${parts[i]} in
+    window) packages+=(libvulkan-dev libglfw3-dev libimgui-dev pkg-config) ;;
+    headset) packages+=(libvulkan-dev libopenxr-dev) ;;
+    figures) packages+=(duktape-dev librsvg2-dev pkg-config) ;;
+    images) packages+=(libopenimageio-dev) ;;
+    archives | sog) ;; # in every set-up
+    mpi) packages+=(libopenmpi-dev openmpi-bin) ;;
+    tests)
+        parts+=(window headset figures images)
+        packages+=(doctest-dev libbenchmark-dev binutils openimageio-tools python3 python3-numpy python3-jsonschema)
+        ;;
+    ci)
+        is_ci=1
+        parts+=(tests mpi)
+        packages+=(ccache clang libclang-rt-dev clang-format-14 zsh fish man-db ffmpeg
+                   xvfb xdotool mesa-vulkan-drivers vulkan-validationlayers)
+        command -v npm >/dev/null || packages+=(npm)
+        # Ubuntu has it as a snap, which does not run everywhere
+        if grep -q '^ID=debian' /etc/os-release 2>/dev/null; then packages+=(chromium); fi
+        ;;
+    *)
+        echo "setup: there is no part ${parts[i]}; expected window, headset, figures, images, mpi, tests or ci" >&2
+        exit 2
+        ;;
+    esac
+done
 
 # A registry that cannot be reached fails nothing: the tests of viewers are then skipped.
 fetch_viewers() {
@@ -39,12 +63,12 @@ if ! command -v dpkg-query >/dev/null; then
 fi
 
 missing=()
-for package in "${packages[@]}"; do
+for package in $(printf '%s\n' "${packages[@]}" | sort -u); do
     status=$(dpkg-query -W -f='${Status}' "$package" 2>/dev/null || true)
     [ "$status" = "install ok installed" ] || missing+=("$package")
 done
 if [ ${#missing[@]} -eq 0 ]; then
-    [ "${1:-}" != ci ] || fetch_viewers
+    [ -z "$is_ci" ] || fetch_viewers
     exit 0
 fi
 
@@ -56,4 +80,4 @@ if [ "$(id -u)" -ne 0 ]; then
 fi
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -q >&2
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}" >&2
-[ "${1:-}" != ci ] || fetch_viewers
+[ -z "$is_ci" ] || fetch_viewers

@@ -4,9 +4,6 @@ include(CheckLanguage)
 
 set(GSC_HAVE_CUDA OFF)
 set(GSC_CUDA_SUMMARY OFF)
-if(NOT GSC_WITH_CUDA MATCHES "^(AUTO|ON|OFF)$")
-  message(FATAL_ERROR "GSC_WITH_CUDA is ${GSC_WITH_CUDA}, expected AUTO, ON or OFF")
-endif()
 if(NOT GSC_WITH_CUDA STREQUAL "OFF")
   # the toolkit's installer does not put its compiler into PATH
   if(NOT CMAKE_CUDA_COMPILER AND NOT DEFINED ENV{CUDACXX})

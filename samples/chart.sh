@@ -13,15 +13,9 @@ cd "$(dirname "$0")/.."
 step() { printf '\n== %s\n' "$*"; }
 
 step "set-up and build"
-.ci/setup.sh
-mkdir -p build out
-if ! { cmake --preset release && cmake --build --preset release -j "$(nproc)" --target gsc gsc-play; } >build/chart.log 2>&1; then
-    tail -n 40 build/chart.log >&2
-    echo "chart: the build failed; the whole log is build/chart.log" >&2
-    exit 4
-fi
-gsc=$(find build/release -name gsc -type f -perm -u+x | head -n 1)
-play=$(find build/release -name gsc-play -type f -perm -u+x | head -n 1)
+.ci/build.sh figures
+gsc=build/release/bin/gsc
+play=build/release/player/gsc-play
 
 name=city
 [ -z "$model" ] || name=$(basename "$model")

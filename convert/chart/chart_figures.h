@@ -15,7 +15,7 @@ struct FigureFile {
     std::string bytes;
 };
 
-// Names the libraries that this build lacks to draw figures, such as "Duktape, librsvg"; empty if nothing.
+// Names the part that this build lacks to draw figures; empty if none.
 std::string figuresMissing();
 
 // SVG and PNG of every figure of every panel, in light colours. Throws Error: Unsupported (figuresMissing()), Internal (a

@@ -8,7 +8,7 @@ namespace gsc {
 
 std::string figuresMissing()
 {
-    return GSC_FIGURES_MISSING;
+    return "figures";
 }
 
 std::vector<FigureFile> drawFigures(const nlohmann::ordered_json& /*model*/,
@@ -16,7 +16,7 @@ std::vector<FigureFile> drawFigures(const nlohmann::ordered_json& /*model*/,
 {
     throw Error(
         ErrorCode::Unsupported, "figures", "this gsc was built without " + figuresMissing(), "it for --figures",
-        "install it and build with -DGSC_WITH_FIGURES=ON, or leave --figures out: the page has the same figures");
+        "run .ci/setup.sh figures and build it again, or leave --figures out: the page has the same figures");
 }
 
 } // namespace gsc

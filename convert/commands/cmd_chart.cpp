@@ -50,8 +50,7 @@ void checkOutputs(const ChartOptions& options, const Reporter& report)
         return;
     if (const std::string missing = figuresMissing(); !missing.empty())
         throw Error(ErrorCode::Unsupported, "--figures", "this gsc was built without " + missing, "Duktape and librsvg",
-                    "install duktape-dev and librsvg2-dev and build it again, or leave --figures out: the page has the "
-                    "same figures");
+                    "run .ci/setup.sh figures and build it again, or leave --figures out: the page has the same figures");
     checkOutputFolder(options.figures, options.overwrite);
 }
 

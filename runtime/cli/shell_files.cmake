@@ -44,6 +44,6 @@ function(gsc_add_shell_files program)
     COMMENT "Completions and manual pages of ${program}"
     VERBATIM)
   add_custom_target(${program}_shell_files ALL DEPENDS ${out}.stamp)
-  install(DIRECTORY ${out}/bash-completion ${out}/zsh ${out}/fish DESTINATION ${CMAKE_INSTALL_DATADIR})
-  install(DIRECTORY ${out}/man/man1 DESTINATION ${CMAKE_INSTALL_MANDIR})
+  install(DIRECTORY ${out}/bash-completion ${out}/zsh ${out}/fish DESTINATION ${CMAKE_INSTALL_DATADIR} OPTIONAL)
+  install(DIRECTORY ${out}/man/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} OPTIONAL)
 endfunction()

@@ -74,6 +74,11 @@ def check_portable() -> None:
         folder = pathlib.Path(name)
         prefix, consumer = folder / "prefix", folder / "consumer"
         configure("portable", build, "-DCMAKE_CXX_FLAGS_RELEASE=-O0", "-DGSC_WITH_CUDA=OFF")
+        # the programs alone, with nothing left of an earlier run: that installs too
+        shutil.rmtree(build / "shell", ignore_errors=True)
+        run(CMAKE, "--build", build, "--parallel", os.cpu_count() or 1, "--target", "gsc", "gsc-play")
+        run(CMAKE, "--install", build, "--prefix", folder / "alone")
+        print(run(folder / "alone/bin/gsc", "--version").strip())
         for target in ("all", "bundle"):
             run(CMAKE, "--build", build, "--parallel", os.cpu_count() or 1, "--target", target)
         run(CMAKE, "--install", build, "--prefix", prefix)
