@@ -13,26 +13,34 @@ fail() {
     exit 4
 }
 
-# Prints CMake's options for CUDA. cuda.cmake looks for nvcc at the same places.
-cuda_options() {
-    local nvcc=${CUDACXX:-} names=${CMAKE_CUDA_ARCHITECTURES:-} name
-    [ -n "$nvcc" ] || nvcc=$(PATH=$PATH:${CUDA_PATH:-}/bin:${CUDA_HOME:-}/bin:/usr/local/cuda/bin type -P nvcc) || true
-    if [ -z "$names" ]; then
-        # such as 9.0; one line for each GPU
-        names=$(nvidia-smi --query-gpu=compute_cap --format=csv,noheader 2>/dev/null | grep -E '^[0-9]+\.[0-9]+$' | tr -d . | sort -nu) || true
-        if [ -z "$names" ]; then
-            echo "build: no NVIDIA GPU here: without CUDA (CMAKE_CUDA_ARCHITECTURES=90 ahead of the command compiles it)" >&2
-        elif [ -z "$nvcc" ]; then
-            echo "build: a GPU is here but no nvcc: without CUDA; install the CUDA toolkit, 12.1 or later" >&2
-            names=
-        fi
-    fi
-    if [ -z "$names" ]; then
-        echo -DGSC_WITH_CUDA=OFF
+# Sets `cuda` to CMake's options for CUDA.
+choose_cuda() {
+    local nvcc=${CUDACXX:-} known gpus=() gpu
+    cuda=(-DGSC_WITH_CUDA=OFF)
+    if [ -n "${CMAKE_CUDA_ARCHITECTURES:-}" ]; then
+        cuda=(-DGSC_WITH_CUDA=ON "-DCMAKE_CUDA_ARCHITECTURES=$CMAKE_CUDA_ARCHITECTURES")
         return
     fi
-    echo "build: with CUDA for compute capability" $names >&2
-    echo "-DGSC_WITH_CUDA=AUTO -DCMAKE_CUDA_ARCHITECTURES=$(echo $names | tr ' ' ';')"
+    # such as 9.0, a line for each GPU; kernels/ needs 8.0
+    for gpu in $(nvidia-smi --query-gpu=compute_cap --format=csv,noheader 2>/dev/null | grep -xE '[0-9]+\.[0-9]' | tr -d . | sort -nu); do
+        ((gpu < 80)) || gpus+=("$gpu")
+    done
+    if [ ${#gpus[@]} -eq 0 ]; then
+        echo "build: without CUDA: no NVIDIA GPU of compute capability 8.0 or later is here (CMAKE_CUDA_ARCHITECTURES=90 ./demo.sh compiles it all the same)"
+        return
+    fi
+    # kernels/cuda.cmake looks at the same places
+    [ -n "$nvcc" ] || nvcc=$(PATH=$PATH:${CUDA_PATH:-}/bin:${CUDA_HOME:-}/bin:/usr/local/cuda/bin type -P nvcc) || true
+    if [ -z "$nvcc" ]; then
+        echo "build: without CUDA: an NVIDIA GPU is here, but no nvcc; the CUDA toolkit has it, 12.1 or later"
+        return
+    fi
+    known=$("$nvcc" --list-gpu-arch) || true
+    for gpu in "${!gpus[@]}"; do # the driver compiles code for 9.0 anew for one that is newer than nvcc
+        [[ $known == *"compute_${gpus[gpu]}"* ]] || gpus[gpu]=90
+    done
+    cuda=(-DGSC_WITH_CUDA=AUTO "-DCMAKE_CUDA_ARCHITECTURES=$(IFS=';' && echo "${gpus[*]}")")
+    echo "build: with CUDA for compute capability ${gpus[*]}"
 }
 
 # Prints ninja's counter, in a log once every 20 s; other lines are kept in the log of the build.
@@ -58,8 +66,8 @@ for part in "$@"; do
     images) options+=(-DGSC_WITH_OIIO=ON) ;;
     esac
 done
-cuda=$(cuda_options)
-cmake --preset release $cuda "${options[@]}" >$log 2>&1 || fail "CMake failed"
+choose_cuda
+cmake --preset release "${cuda[@]}" "${options[@]}" >$log 2>&1 || fail "CMake failed"
 sed -n 's/^-- gsc: /build: /p' $log
 command=(cmake --build --preset release -j "$(nproc)" --target gsc gsc-play gsc_shell_files gsc-play_shell_files)
 if [ -t 1 ]; then # ninja counts in place

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Installs what the machine lacks, from the distribution (Debian 12, Ubuntu 24.04).
-# usage: .ci/setup.sh [PART...]
+# usage: .ci/setup.sh [--list] [PART...]    --list prints the packages instead
 #   without a part   what gsc and gsc-play need to convert, play and write PNG
 #   window, headset  gsc-play window; gsc-play xr
 #   figures          gsc chart --figures
@@ -20,6 +20,11 @@ packages=(
     libyaml-cpp-dev libwebp-dev
 )
 is_ci=
+only_lists=
+if [ "${1:-}" = --list ]; then
+    only_lists=1
+    shift
+fi
 parts=("$@")
 for ((i = 0; i < ${#parts[@]}; ++i)); do
     case ${parts[i]} in
@@ -48,6 +53,11 @@ for ((i = 0; i < ${#parts[@]}; ++i)); do
         ;;
     esac
 done
+
+if [ -n "$only_lists" ]; then
+    printf '%s\n' "${packages[@]}" | sort -u
+    exit 0
+fi
 
 # A registry that cannot be reached fails nothing: the tests of viewers are then skipped.
 fetch_viewers() {

@@ -22,7 +22,7 @@ if(NOT GSC_WITH_CUDA STREQUAL "OFF")
     endif()
   endif()
   if(CMAKE_CUDA_COMPILER AND gsc_nvcc_version VERSION_LESS 12.1 AND NOT GSC_WITH_CUDA STREQUAL "ON")
-    message(STATUS "the CUDA backend is left out: ${CMAKE_CUDA_COMPILER} is of CUDA ${gsc_nvcc_version}, expected 12.1 or later")
+    message(STATUS "gsc: without CUDA: ${CMAKE_CUDA_COMPILER} is of CUDA ${gsc_nvcc_version}, expected 12.1 or later")
   elseif(CMAKE_CUDA_COMPILER)
     # one architecture is enough for a check and compiles six times as fast; never "native": CI machines have no GPU
     if(NOT DEFINED CMAKE_CUDA_ARCHITECTURES)

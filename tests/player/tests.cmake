@@ -72,6 +72,8 @@ if(TARGET gsc_player)
                                             $<TARGET_FILE:gsc> $<TARGET_FILE:gsc-play>)
     set_tests_properties(test_without_proc PROPERTIES LABELS cpu TIMEOUT 300)
   endif()
+  add_test(NAME test_build_script COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/test_build_script.py
+                                          ${PROJECT_SOURCE_DIR})
   add_test(NAME test_layers COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py
                                     ${PROJECT_SOURCE_DIR} ${CMAKE_COMMAND} layers)
   if(TARGET gsc_present AND TARGET gsc)
@@ -79,7 +81,7 @@ if(TARGET gsc_player)
                                       ${PROJECT_SOURCE_DIR} $<TARGET_FILE:gsc-play> $<TARGET_FILE:gsc>)
     set_tests_properties(test_window PROPERTIES LABELS cpu TIMEOUT 1200 SKIP_RETURN_CODE 77 PROCESSORS 2)
   endif()
-  set_tests_properties(test_play_cli test_play_outputs test_bench_cli test_sweep_cli test_layers PROPERTIES LABELS cpu TIMEOUT 300)
+  set_tests_properties(test_play_cli test_play_outputs test_bench_cli test_sweep_cli test_layers test_build_script PROPERTIES LABELS cpu TIMEOUT 300)
   # under a sanitizer a start takes more memory
   add_test(NAME test_installed
            COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py ${PROJECT_SOURCE_DIR}
