@@ -13,7 +13,7 @@ namespace {
 // a hand grabs above the one share of the grip's travel and releases below the other, so that a trembling finger does
 // neither
 constexpr double kGrabs = 0.6, kLetsGo = 0.4;
-constexpr double kDeadZone = 0.15; // a stick that is deflected less counts as at rest, share of full deflection
+constexpr double kStickDeadZone = 0.15; // a stick that is deflected less counts as at rest, share of full deflection
 constexpr double kTurns = 0.7, kTurnsAgain = 0.3;
 constexpr double kSnap = std::numbers::pi / 6;
 constexpr double kWalks = 2.5;    // fastest walk by the stick, metres per second
@@ -23,9 +23,9 @@ constexpr double kMostStep = 0.1; // longest step in seconds, so that a viewer w
 double bent(double stick)
 {
     const double size = std::abs(stick);
-    if (!(size > kDeadZone))
+    if (!(size > kStickDeadZone))
         return 0;
-    return std::copysign(std::min((size - kDeadZone) / (1 - kDeadZone), 1.0), stick);
+    return std::copysign(std::min((size - kStickDeadZone) / (1 - kStickDeadZone), 1.0), stick);
 }
 
 } // namespace
