@@ -14,9 +14,8 @@ std::string figuresMissing()
 std::vector<FigureFile> drawFigures(const nlohmann::ordered_json& /*model*/,
                                     const std::function<void(size_t done, size_t total)>& /*progress*/)
 {
-    throw Error(
-        ErrorCode::Unsupported, "figures", "this gsc was built without " + figuresMissing(), "it for --figures",
-        "run .ci/setup.sh figures and build it again, or leave --figures out: the page has the same figures");
+    throw Error(ErrorCode::Unsupported, "figures", "this gsc was built without " + figuresMissing(), "it for --figures",
+                "run .ci/setup.sh figures and build it again, or leave --figures out: the page has the same figures");
 }
 
 } // namespace gsc

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What .ci/build.sh, which ./demo.sh runs, asks of CMake on a machine with and without a GPU, and what it shows. CMake, the
+"""Checks .ci/build.sh, which ./demo.sh runs: its options for CMake with and without a GPU, and what it shows. CMake, the
 compiler and the driver's program are stood in for, so nothing is built.
 
 usage: test_build_script.py SOURCE
