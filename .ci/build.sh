@@ -70,8 +70,8 @@ choose_cuda
 cmake --preset release "${cuda[@]}" "${options[@]}" >$log 2>&1 || fail "CMake failed"
 sed -n 's/^-- gsc: /build: /p' $log
 command=(cmake --build --preset release -j "$(nproc)" --target gsc gsc-play gsc_shell_files gsc-play_shell_files)
-if [ -t 1 ]; then # ninja counts in place
-    "${command[@]}"
+if [ -t 1 ]; then # ninja counts in place, and shows what fails
+    "${command[@]}" || exit 4
 else
     "${command[@]}" 2>&1 | show_counter || fail "the build failed"
 fi
