@@ -89,9 +89,8 @@ void addCovariance(const float* scale, const float* q, double weight, float* sum
 // Logarithm of the product of three axes, shortest first, as far as the axes of the fit may be apart.
 float logVolume(const float* axes)
 {
-    const float longest = std::max(axes[2], 1e-12f);
-    const float least = longest * float(kThinnest);
-    return std::log(longest) + std::log(std::max(axes[1], least)) + std::log(std::max(axes[0], least));
+    const double longest = std::max(double(axes[2]), 1e-12), least = longest * kThinnest;
+    return float(std::log(longest * std::max(double(axes[1]), least) * std::max(double(axes[0]), least)));
 }
 
 class Fitter {

@@ -102,7 +102,7 @@ void parseLevels(const std::string& name, const std::string& text, ExportOptions
         gaussians.finest = int(detail::wholeNumber(name, text, 0, kMaxLevelValue));
 }
 
-std::string choiceText(const GaussianExport& result, const LevelChoice& choice)
+std::string choiceText(const GaussianExport& result, const LevelSet& choice)
 {
     if (choice.share > 0)
         return formatString("anchors that %g %% of their views draw", double(choice.share) * 100);
@@ -110,7 +110,7 @@ std::string choiceText(const GaussianExport& result, const LevelChoice& choice)
     return finest == result.level_numbers.back() ? "all" : formatString("up to level %d", finest);
 }
 
-// What was exported of a model with levels; empty for other models.
+// Tells which levels were exported; empty for models without.
 std::string levelsText(const GaussianExport& result)
 {
     if (result.level_numbers.size() < 2)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/export/export_gaussians.h"
 
+#include "convert/commands/export/gathering.h"
 #include "convert/commands/export/measure_gaussians.h"
 #include "convert/export/gaussian_fit.h"
 #include "convert/export/lod/streamed_sog.h"
@@ -12,13 +13,10 @@
 #include "runtime/cameras/scene_cameras.h"
 #include "runtime/cli/quantity.h"
 #include "runtime/cli/version.h"
-#include "runtime/cpu/renderer_cpu.h"
-#include <gsc/renderer.h>
-#include "runtime/frames/frame_loop.h"
+#include "runtime/frames/shot.h"
 
 #include <charconv>
 #include <filesystem>
-#include <new>
 
 namespace gsc {
 
@@ -83,15 +81,7 @@ Views chooseViews(const Scene& scene, const std::vector<Camera>& cameras, const 
 void judge(const GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<Shot>& judges,
            const GaussianExportOptions& options, Reporter& report, GaussianExport& result)
 {
-    try {
-        result.loss = lossOf(set, scene, judges, options.threads, report);
-    } catch (const std::bad_alloc&) {
-        result.whole = false;
-    } catch (const Error& e) {
-        if (e.code() != ErrorCode::OutOfMemory)
-            throw;
-        result.whole = false;
-    }
+    result.whole = ifMemoryHolds([&] { result.loss = lossOf(set, scene, judges, options.threads, report); });
 }
 
 void writeFile(const GaussianSet& set, const GaussianExportOptions& options, const PieceSink& write)
@@ -200,103 +190,6 @@ void exportLevels(GaussianSet& set, const std::shared_ptr<const Scene>& scene, c
     folder.commit();
 }
 
-// Collects the fitted Gaussians. A PLY may become larger than memory: then its rows are written as they come, the
-// Gaussians are not kept, and no loss is measured.
-class Gathering {
-public:
-    // `choice`: levels to keep; none: they are chosen later from all, so rows are written once memory is short
-    Gathering(const GaussianExportOptions& options, int degree, const std::optional<LevelChoice>& choice,
-              OutputFile* output)
-        : m_degree(degree), m_is_ply(options.to == GaussianFileFormat::Ply), m_choice(choice),
-          m_budget(options.memory_budget > 0 ? options.memory_budget : cpuFacts(1).memory_bytes / 2)
-    {
-        set.degree = degree;
-        if (options.to != GaussianFileFormat::Ply || options.most < std::numeric_limits<uint64_t>::max())
-            return;
-        m_output = output;
-        if (choice)
-            start();
-    }
-
-    void add(GaussianSet&& part)
-    {
-        fitted += part.size();
-        if (m_choice)
-            keepLevels(part, *m_choice);
-        count += part.size();
-        if (m_started)
-            writeRows(part);
-        const uint64_t each = (12 + 3 * shValues(m_degree)) * sizeof(float);
-        if (whole && count * each <= m_budget && keep(part))
-            return;
-        if (m_output == nullptr)
-            throw Error(
-                ErrorCode::OutOfMemory, "export",
-                formatString("more than %llu Gaussians", (unsigned long long)(m_budget / each)),
-                "as many as memory holds",
-                formatString("choose %s, a lower --sh, fewer cameras with --cameras, or a smaller model (gsc bake)",
-                             m_is_ply ? "no --max-gaussians" : "--to ply"));
-        if (!m_started) {
-            start();
-            writeRows(set);
-            writeRows(part);
-        }
-        whole = false;
-        set = {};
-    }
-
-    // Writes the PLY header again, with the number of Gaussians. Call after the last part.
-    void finish() const
-    {
-        const std::string header = gaussianPlyHeader(m_degree, count);
-        m_output->writeAt(0, std::as_bytes(std::span(header)));
-    }
-
-    GaussianSet set;
-    uint64_t fitted = 0, count = 0, written = 0; // number of Gaussians fitted, and kept; number of bytes
-    bool whole = true;                           // false if `set` could not keep them all
-
-private:
-    void start()
-    {
-        m_started = true;
-        const std::string header = gaussianPlyHeader(m_degree, 0);
-        write(std::as_bytes(std::span(header)));
-    }
-
-    void writeRows(const GaussianSet& part)
-    {
-        writeGaussianPlyRows(part, [this](std::span<const std::byte> piece) { write(piece); });
-    }
-
-    // Appends `part` to `set`; returns false if memory is too short and rows can be written to a PLY.
-    bool keep(const GaussianSet& part)
-    {
-        try {
-            append(set, part);
-            return true;
-        } catch (const std::bad_alloc&) {
-            if (m_output == nullptr)
-                throw;
-            return false;
-        }
-    }
-
-    void write(std::span<const std::byte> piece)
-    {
-        throwIfInterrupted();
-        m_output->write(piece);
-        written += piece.size();
-    }
-
-    int m_degree;
-    bool m_is_ply;
-    std::optional<LevelChoice> m_choice;
-    uint64_t m_budget;
-    OutputFile* m_output = nullptr; // PLY that may have more rows than memory; null = there is none
-    bool m_started = false;         // rows are written as they come
-};
-
 OrderedJson lossJson(const std::optional<GaussianLoss>& loss)
 {
     if (!loss)
@@ -308,7 +201,7 @@ OrderedJson lossJson(const std::optional<GaussianLoss>& loss)
             {"ssim_mean", jsonNumber(loss->ssim)}};
 }
 
-OrderedJson choiceJson(const GaussianExport& result, const LevelChoice& choice)
+OrderedJson choiceJson(const GaussianExport& result, const LevelSet& choice)
 {
     return {{"share", choice.share}, {"finest", result.finestOf(choice)}};
 }
@@ -340,7 +233,7 @@ OrderedJson cameraJson(const Camera& camera)
 
 // Levels that are kept without a trial; none: they are chosen by one. Throws Error(Usage) for a level that the model has
 // not.
-std::optional<LevelChoice> levelsAsked(const Scene& scene, const GaussianExportOptions& options, GaussianExport& result)
+std::optional<LevelSet> levelsAsked(const Scene& scene, const GaussianExportOptions& options, GaussianExport& result)
 {
     const ModelView& model = scene.view();
     std::vector<int>& numbers = result.level_numbers;
@@ -354,10 +247,10 @@ std::optional<LevelChoice> levelsAsked(const Scene& scene, const GaussianExportO
             throw Error(ErrorCode::Usage, given, "no such level",
                         formatString("a number from %d to %d", numbers.front(), numbers.back()), "choose one of them");
         const auto finer = std::ranges::upper_bound(numbers, options.finest);
-        return LevelChoice{.finest = uint16_t(finer - numbers.begin() - 1)};
+        return LevelSet{.finest = uint16_t(finer - numbers.begin() - 1)};
     }
     const bool choose = options.levels == LevelRequest::Measured && options.at.empty() && numbers.size() > 1;
-    return choose ? std::nullopt : std::optional(LevelChoice{});
+    return choose ? std::nullopt : std::optional(LevelSet{});
 }
 
 std::string pageOf(const Scene& scene, const std::vector<Camera>& cameras, const GaussianExportOptions& options,
@@ -416,7 +309,7 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
     const FitOptions fit_options{degree, options.threads, !options.at.empty(),
                                  rasterConstants(*scene->view().params, 0)};
     GaussianExport result;
-    const std::optional<LevelChoice> choice = levelsAsked(*scene, options, result);
+    const std::optional<LevelSet> choice = levelsAsked(*scene, options, result);
     std::optional<OutputFile> file;
     std::optional<NewFolder> folder;
     if (options.lod)
@@ -437,8 +330,9 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
     if (choice) {
         result.levels = *choice;
     } else if (gathering.whole) {
-        result.trials = tryLevels(set, scene, views.fit, options.threads, report);
-        result.levels = std::ranges::max_element(result.trials, {}, &LevelTrial::psnr)->choice;
+        (void)ifMemoryHolds([&] { result.trials = tryLevels(set, scene, views.fit, options.threads, report); });
+        if (!result.trials.empty())
+            result.levels = std::ranges::max_element(result.trials, {}, &LevelTrial::psnr)->choice;
         keepLevels(set, result.levels);
     }
     result.fitted = gathering.fitted;

@@ -16,14 +16,14 @@
 namespace gsc {
 
 // Gaussians of a model with levels that are exported together.
-struct LevelChoice {
+struct LevelSet {
     float share = 0;                                        // least share of the views of an anchor that draw its level
     uint16_t finest = std::numeric_limits<uint16_t>::max(); // index in the file of the finest level
 };
 
 struct LevelTrial {
-    LevelChoice choice;
-    double psnr; // of the trial's pictures, pooled, in dB
+    LevelSet choice;
+    double psnr; // pooled over the trial's pictures, dB
 };
 
 enum class LevelRequest { Measured, All, UpTo };
@@ -76,12 +76,12 @@ struct GaussianExport {
     // none if `whole` is false, or if the fit used every camera
     std::optional<GaussianLoss> loss;
     std::vector<LevelTrial> trials; // choices of levels that were measured; empty if there was nothing to choose
-    LevelChoice levels;             // choice that was exported
+    LevelSet levels;                // choice that was exported
     std::vector<int> level_numbers; // the trainer's number of each level in the file, coarsest first
     std::vector<LodExport> lods;    // with `lod`: one entry per level, finest first
 
     // number of the finest level of a choice
-    [[nodiscard]] int finestOf(const LevelChoice& choice) const
+    [[nodiscard]] int finestOf(const LevelSet& choice) const
     {
         return level_numbers[std::min<size_t>(choice.finest, level_numbers.size() - 1)];
     }

@@ -51,7 +51,7 @@ void shrink(Camera& camera)
     camera.height = std::max(1u, uint32_t(std::lround(camera.height * scale)));
 }
 
-bool keeps(const GaussianSet& set, size_t i, const LevelChoice& choice)
+bool keeps(const GaussianSet& set, size_t i, const LevelSet& choice)
 {
     return set.shown[i] >= choice.share && set.level[i] <= choice.finest;
 }
@@ -80,7 +80,7 @@ public:
     ~Trial() { m_set.opacity = std::move(m_opacity); }
 
     // PSNR of the candidate, pooled
-    double score(const LevelChoice& choice)
+    double score(const LevelSet& choice)
     {
         for (size_t i = 0; i < m_set.size(); ++i)
             m_set.opacity[i] = keeps(m_set, i, choice) ? m_opacity[i] : 0; // 0 is not drawn
@@ -137,7 +137,7 @@ GaussianLoss lossOf(const GaussianSet& set, const std::shared_ptr<const Scene>& 
     return loss;
 }
 
-void keepLevels(GaussianSet& set, const LevelChoice& choice)
+void keepLevels(GaussianSet& set, const LevelSet& choice)
 {
     std::vector<uint32_t> kept;
     for (size_t i = 0; i < set.size(); ++i)
@@ -151,7 +151,7 @@ std::vector<LevelTrial> tryLevels(GaussianSet& set, const std::shared_ptr<const 
 {
     Trial trial(set, scene, views, threads, report);
     std::vector<LevelTrial> tried;
-    const auto attempt = [&](const LevelChoice& choice) { tried.push_back({choice, trial.score(choice)}); };
+    const auto attempt = [&](const LevelSet& choice) { tried.push_back({choice, trial.score(choice)}); };
     attempt({});
     for (const float share : kShares)
         attempt({.share = share});
