@@ -4,6 +4,7 @@
 #include "format/numbers/count_text.h"
 #include <gsc/error.h>
 #include "player/frames/made_cameras.h"
+#include "player/poses/extent.h"
 #include "player/poses/pose.h"
 #include "runtime/cameras/scene_cameras.h"
 #include "runtime/cameras/world_up.h"
@@ -13,6 +14,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <tuple>
 
 namespace gsc {
 
@@ -123,11 +125,11 @@ std::vector<Camera> wayOf(std::vector<Camera> keys, const CameraChoice& choice, 
 
 Sight modelSight(const Scene& scene, const std::vector<Camera>& cameras, const std::array<double, 3>& up)
 {
-    const ModelView& model = scene.view();
     std::array<double, 3> low{}, high{};
-    for (size_t i = 0; i < 3; ++i) {
-        low[i] = double(model.params->bounds_min[i]) + model.origin[i];
-        high[i] = double(model.params->bounds_max[i]) + model.origin[i];
+    for (int i = 0; i < 3; ++i) {
+        glm::dvec3 axis(0);
+        axis[i] = 1;
+        std::tie(low[size_t(i)], high[size_t(i)]) = extentAlong(scene.view(), axis);
     }
     return turntableSight(cameras, up, low, high);
 }

@@ -42,7 +42,7 @@ dvec3 levelPart(const dvec3& v, const dvec3& up)
 
 // Returns the point with the least sum of squared distances to the cameras' view axes. None if the axes are so nearly
 // parallel that they do not say how far away it is, or if it is not ahead of most cameras.
-std::optional<dvec3> pointAhead(const std::vector<CameraPose>& poses)
+std::optional<dvec3> agreedPoint(const std::vector<CameraPose>& poses)
 {
     glm::dmat3 sum(0);
     dvec3 moment(0);
@@ -218,7 +218,7 @@ Sight turntableSight(std::span<const Camera> cameras, const std::array<double, 3
     for (const Camera& camera : cameras)
         if (const std::optional<CameraPose> pose = poseOf(camera))
             poses.push_back(*pose);
-    if (const std::optional<dvec3> target = poses.empty() ? std::nullopt : pointAhead(poses)) {
+    if (const std::optional<dvec3> target = poses.empty() ? std::nullopt : agreedPoint(poses)) {
         double height = 0, radius = 0;
         dvec3 side(0); // direction from the target of the first camera that does not stand above it
         for (const CameraPose& pose : poses) {

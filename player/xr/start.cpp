@@ -2,13 +2,13 @@
 #include "player/xr/start.h"
 
 #include <gsc/error.h>
+#include "player/poses/extent.h"
 
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 namespace gsc {
 
@@ -20,8 +20,6 @@ constexpr uint32_t kStartSide = 48; // width and height of the pictures that are
 constexpr double kNearest = 1, kTableNearest = 0.2;
 // The middle of a table-top from the eyes, metres: as a low table before which one stands.
 constexpr double kTableAhead = 0.6, kTableBelow = 0.35;
-// Share of the groups at either end of an axis that do not count for the size of a table-top: far ones are sky or flaws.
-constexpr double kOutside = 0.05;
 
 constexpr double inRadians(double angle)
 {
@@ -62,33 +60,9 @@ std::optional<glm::dvec3> pointAhead(const Shot& first, const DrawDepths& draw)
     return point;
 }
 
-// Lowest and highest place of the model along a unit vector, without the groups outside.
-std::pair<double, double> extentAlong(const ModelView& model, const glm::dvec3& axis)
-{
-    const uint64_t count = model.params->group_count;
-    std::vector<double> lows, highs;
-    for (uint64_t i = 0; i < count; ++i) {
-        const GroupRecord& group = model.groups[i];
-        double middle = 0, reach = 0;
-        for (int a = 0; a < 3; ++a) {
-            const double low = double(group.anchor_min[a]), high = double(group.anchor_max[a]);
-            middle += axis[a] * ((low + high) / 2 + model.origin[a]);
-            reach += std::abs(axis[a]) * (high - low) / 2;
-        }
-        lows.push_back(middle - reach);
-        highs.push_back(middle + reach);
-    }
-    const auto outside = ptrdiff_t(kOutside * double(count));
-    std::nth_element(lows.begin(), lows.begin() + outside, lows.end());
-    std::nth_element(highs.begin(), highs.end() - 1 - outside, highs.end());
-    return {lows[size_t(outside)], *(highs.end() - 1 - outside)};
-}
-
 // `level`: the level space at the first camera, whose direction the table-top keeps.
 Placement tableStart(const ModelView& model, const Placement& level)
 {
-    if (model.params->group_count == 0)
-        return level;
     glm::dvec3 middle{}, size{};
     for (int i = 0; i < 3; ++i) {
         const auto [low, high] = extentAlong(model, level.axes()[i]);

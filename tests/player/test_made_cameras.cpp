@@ -165,6 +165,35 @@ TEST_CASE("a turn without cameras that agree goes round the middle of the model"
     }
 }
 
+TEST_CASE("a turn without cameras that agree is as near as what is not far away lets it")
+{
+    const test::TemporaryFolder folder;
+    test::TinyGscOptions options;
+    options.anchors = 12000;
+    options.cameras = 1;
+    std::vector<std::byte> bytes = test::tinyGsc(options);
+    CameraChoice choice;
+    choice.motion = CameraMotion::Turntable;
+    Reporter log({ReportFormat::Text, ProgressMode::None, true});
+    const auto away = [&](const std::string& file) {
+        std::ofstream(file, std::ios::binary)
+            .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+        const std::vector<Shot> shots = chooseShots(*Scene::open(file), file, choice, {}, log);
+        return distance(pose(shots[0].camera).position, pose(shots[shots.size() / 2].camera).position);
+    };
+    const double near = away(folder / "near.gsc");
+    auto* const params = test::records<ModelParams>(bytes, kSectionParams);
+    REQUIRE(params->group_count > 40);
+    for (float* high : {params->bounds_max, test::records<LevelRecord>(bytes, kSectionLevels)->bounds_max,
+                        test::records<ChunkRecord>(bytes, kSectionChunks)->anchor_max,
+                        test::records<GroupRecord>(bytes, kSectionGroups)->anchor_max})
+        high[0] = 1000; // one group reaches far
+    test::reseal(bytes);
+    const double far = away(folder / "far.gsc");
+    CHECK(near > 1);
+    CHECK(far == doctest::Approx(near).epsilon(0.1));
+}
+
 TEST_CASE("a way passes through its cameras, evenly and without a corner")
 {
     std::vector<Camera> keys = {at({0, 0, 0}, 0, 0, 0), at({3, 0, 1}, 0.4, 0.1, 0.2),
