@@ -10,7 +10,9 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <iterator>
 #include <numbers>
+#include <vector>
 
 namespace gsc {
 
@@ -380,6 +382,15 @@ Camera Navigator::camera(const Camera& lens) const
         setPose(m_pose, camera);
     }
     return camera;
+}
+
+std::optional<double> medianDepth(std::span<const float> depths)
+{
+    std::vector<float> finite;
+    std::ranges::copy_if(depths, std::back_inserter(finite), [](float depth) { return std::isfinite(depth); });
+    const auto median = finite.begin() + ptrdiff_t(finite.size() / 2);
+    std::nth_element(finite.begin(), median, finite.end());
+    return median == finite.end() ? std::nullopt : std::optional<double>(*median);
 }
 
 } // namespace gsc

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 namespace gsc {
 
@@ -126,5 +127,8 @@ private:
     std::optional<GivenPose> m_given; // the bits of the pose that jumpTo() set, while m_pose is that pose
     std::optional<Flight> m_flight;
 };
+
+// Distance to what a small picture shows: the median of the depths that are finite. None if there is none.
+std::optional<double> medianDepth(std::span<const float> depths);
 
 } // namespace gsc

@@ -12,6 +12,8 @@
 #include "player/devices/worker_options.h"
 #include "player/devices/worker_report.h"
 
+#include <algorithm>
+
 namespace gsc {
 
 namespace {
@@ -29,6 +31,15 @@ const PresentFunctions& presentFunctions()
 std::string titleOf(const WindowOptions& options)
 {
     return options.play.model.file + " - gsc";
+}
+
+// Sets what the options leave open of the window's size.
+void settleSize(ViewChoice& view)
+{
+    if (view.width == 0)
+        view.width = view.height > 0 ? std::max(view.height * kWindowWidth / kWindowHeight, 1u) : kWindowWidth;
+    if (view.height == 0)
+        view.height = std::max(view.width * kWindowHeight / kWindowWidth, 1u);
 }
 
 // Ctrl-C ends a window as closing it does.
@@ -58,12 +69,12 @@ WindowSummary runWindow(const WindowOptions& options, Reporter& log)
 {
     checkJsonLines(options.log, options.play.output.overwrite, options.play.model.file, options.play.cameras.file);
     WindowModel model{options, openScene(options.play.model, options.play.devices, log)};
+    ViewChoice& view = model.options.play.view;
+    settleSize(view);
     PresenterOptions presenter;
     presenter.title = titleOf(options);
-    if (options.play.view.width > 0) {
-        presenter.width = options.play.view.width;
-        presenter.height = options.play.view.height > 0 ? options.play.view.height : options.play.view.width * 9 / 16;
-    }
+    presenter.width = view.width;
+    presenter.height = view.height;
     presenter.waits_for_display = !options.tears;
     presenter.device = deviceUuid(firstDevice(options.play.devices));
     const std::unique_ptr<Presenter> display = presentFunctions().open(presenter);

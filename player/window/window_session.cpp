@@ -59,12 +59,7 @@ Value nextOf(const Names& names, Value value)
 // window's.
 std::vector<Shot> shotsOf(const Scene& scene, const PlayOptions& play, int eyes, const Length& ipd, Reporter& log)
 {
-    const ViewChoice view{play.view.width > 0 ? play.view.width : kWindowWidth,
-                          play.view.height > 0 ? play.view.height : kWindowHeight,
-                          play.view.fov_x,
-                          eyes,
-                          ipd,
-                          true};
+    const ViewChoice view{play.view.width, play.view.height, play.view.fov_x, eyes, ipd, true};
     return chooseShots(scene, play.model.file, play.cameras, view, log);
 }
 
@@ -321,10 +316,11 @@ void WindowSession::setMode(NavigationMode mode)
 void WindowSession::findTarget(const DrawnPose& drawn)
 {
     const Camera& camera = drawn.asked.shot.camera;
-    const float depth = drawn.delivery.eyes[0].depth[size_t(camera.height / 2) * camera.width + camera.width / 2];
-    if (!std::isfinite(depth))
+    const std::optional<double> depth =
+        medianDepth({drawn.delivery.eyes[0].depth, size_t(camera.width) * camera.height});
+    if (!depth)
         return;
-    m_ahead = double(depth);
+    m_ahead = *depth;
     if (m_navigator.mode() == NavigationMode::Orbit)
         m_navigator.setDistance(m_ahead);
 }
@@ -341,11 +337,13 @@ void WindowSession::openDropped(const std::string& file)
         model.scene = openScene(play.model, play.devices, m_report);
         checkLevelOptions(*model.scene, file, play.frame);
         (void)shotsOf(*model.scene, play, play.view.eyes, play.view.ipd, silent);
+        (void)checkedGuard(*model.scene, file, play.frame, guarded(play.frame));
         m_next = std::move(model);
     } catch (const Error& e) {
-        if (e.code() == ErrorCode::Interrupted)
-            throw;
-        say(warningText(e));
+        if (e.code() != ErrorCode::Interrupted) // an interrupt ends the loop as closing does
+            say(warningText(e));
+    } catch (const std::exception& e) {
+        say(file + ": " + e.what());
     }
 }
 

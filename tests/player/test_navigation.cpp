@@ -571,3 +571,12 @@ TEST_CASE("no input makes a pose that is not finite or out of reach")
     far.jumpTo(windowCamera({0, 0, -1e12}));
     CHECK(far.position()[2] == doctest::Approx(-1e6 * 200));
 }
+
+TEST_CASE("a hole in the middle of a small picture does not hide how far away the rest is")
+{
+    const auto none = float(kInfinity);
+    CHECK(medianDepth(std::vector<float>{9, 2, none, 3, float(kNan), 4, -none, 2}) == 3.0);
+    CHECK(medianDepth(std::vector<float>(256, 7.5f)) == 7.5);
+    CHECK(medianDepth(std::vector<float>(256, none)) == std::nullopt);
+    CHECK(medianDepth({}) == std::nullopt);
+}

@@ -11,6 +11,7 @@ import math
 import os
 import pathlib
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -493,6 +494,44 @@ class WindowTest(unittest.TestCase):
         check_schema("window-log", *lines)
         self.assertEqual(report["file"], str(self.models / "room"))
         self.assertEqual((report["frames"], len(lines)), (lines[-1]["frame"], lines[-1]["frame"]))
+
+    def test_dropped_model_that_cannot_be_shown(self) -> None:
+        """The settings of the window may not go with it."""
+        window = self.open("street", "--target-ms", "200", "--tier", "exact")
+        before = window.settle()
+        window.display.drop(window.id, self.models / "room.gsc")
+        said = window.line(lambda line: "--target-ms 200: has no effect" in (line["said"] or ""), before["frame"] - 1)
+        self.assertIn("room.gsc, which has one level", said["said"])
+        self.assertNotEqual(window.hold("w", poses=3)["position"], before["position"])  # goes on
+        self.closed(window)
+
+    def test_interrupted_while_it_converts(self) -> None:
+        """Ends as at any other time."""
+        alone, slow = self.folder / "alone", self.folder / "alone/gsc"
+        alone.mkdir()
+        for file in (PLAY, PLAY.parent.parent / "lib/gsc/gsc_present.so"):
+            shutil.copy(file, alone)
+        slow.write_text("#!/bin/sh\n: > started\nexec sleep 60\n")
+        slow.chmod(0o755)
+        window = Window(self.display, self.folder, [alone / "gsc-play", "window", "../room.gsc", *CPU])
+        self.addCleanup(window.kill)
+        window.display.drop(window.id, self.models / "room")
+        window_case.until(lambda: (self.folder / "started").exists() or None, "a start of gsc")
+        self.assertEqual(window.signal(), 0, window.said())
+        self.assertIn(" shown, ", window.out.read_text())
+
+    def test_sizes(self) -> None:
+        """Cameras without a size have the window's; a side that is not given follows from the other."""
+        (self.folder / "path.json").write_text(json.dumps({"schema": "gsc.trajectory/1", "frames": [SEES | {"fov_x": 1.0}]}))
+        for size, wanted in (("1", [1, 1]), ("400", [400, 225]), ("180p", [320, 180]), ("90x300", [90, 300])):
+            window = Window(self.display, self.folder, [PLAY, "window", "../room.gsc", "--size", size, "--cameras", "path.json", *CPU])
+            self.addCleanup(window.kill)
+            self.assertEqual(window.settle()["size"], wanted)
+            if size != "1":
+                [frame] = cameras(window.screenshot().with_suffix(".json"))
+                across = wanted[0] / wanted[1] * math.tan(frame["fov_y"] / 2)
+                self.assertAlmostEqual(2 * math.atan(across), 1.0, places=6, msg=size)
+            self.closed(window)
 
     def test_folder_is_made(self) -> None:
         window = self.open("room", "--folder", "new/pictures")
