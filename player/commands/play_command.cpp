@@ -5,6 +5,7 @@
 #include "player/commands/play_command.h"
 #include "player/commands/render_options.h"
 #include "runtime/image/image_io.h"
+#include "player/output/out_pattern.h"
 #include "player/devices/worker_options.h"
 #include "player/play/play.h"
 #include "player/play/play_report.h"
@@ -84,7 +85,7 @@ void addOutputOptions(CLI::App& app, PlayOptions& options)
     addText(app, "--out", options.output.out, "PATTERN",
             "pictures to write: {name}, {frame}, {frame:04} and {eye} in the pattern are filled in (" +
                 imageExtensions() +
-                "; JPEG and WebP of quality 95), or a folder (FOLDER/) for {frame:04}_{name}.png; - is a stream on "
+                "; JPEG and WebP of quality 95), or a folder for {frame:04}_{name}.png; - is a stream on "
                 "standard output, two eyes side by side");
     addChoice<StreamFormat>(
         app, "--stream", options.output.stream,
@@ -165,6 +166,15 @@ void checkOut(const CLI::App& app, const PlayOptions& options)
                         : "choose one of them, put / behind a folder, or use a build with GSC_WITH_OIIO");
 }
 
+// Returns true for a folder, be it there or to be made: a name without an ending and without braces is one.
+bool namesFolder(const std::string& out)
+{
+    std::error_code code;
+    return out.ends_with('/') || std::filesystem::is_directory(out, code) ||
+           (out.find_first_of("{}") == std::string::npos &&
+            std::filesystem::path(out).filename().string().find('.') == std::string::npos);
+}
+
 // Returns true if a person sits before a display, who sees nothing of what is drawn for nothing.
 bool isAtDisplay()
 {
@@ -217,10 +227,9 @@ void addPlayOptions(CLI::App& app, PlayOptions& options)
 void settlePlayOptions(PlayOptions& options)
 {
     std::string& out = options.output.out;
-    std::error_code code;
-    if (out.empty() || isStandardOutput(out) || !(out.ends_with('/') || std::filesystem::is_directory(out, code)))
+    if (out.empty() || isStandardOutput(out) || !namesFolder(out))
         return;
-    out += out.ends_with('/') ? "" : "/";
+    out = literalPattern(out + (out.ends_with('/') ? "" : "/"));
     out += options.view.eyes == 2 ? "{frame:04}_{name}_{eye}.png" : "{frame:04}_{name}.png";
 }
 

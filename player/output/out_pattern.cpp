@@ -62,6 +62,14 @@ std::string expandPattern(const std::string& pattern, std::string_view name, uin
     return path;
 }
 
+std::string literalPattern(std::string_view text)
+{
+    std::string pattern;
+    for (const char c : text)
+        pattern.append(c == '{' || c == '}' ? 2 : 1, c);
+    return pattern;
+}
+
 std::string safeFileName(std::string_view name)
 {
     std::string safe(name);

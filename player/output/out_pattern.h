@@ -15,6 +15,9 @@ enum class Eye { Mono, Left, Right }; // written as "mono", "left" or "right" fo
 // Replaces the placeholders of a pattern. Throws Error(Usage) for an unknown placeholder or an unpaired brace.
 std::string expandPattern(const std::string& pattern, std::string_view name, uint64_t frame, Eye eye);
 
+// Returns a pattern that stands for `text` itself, with its braces doubled.
+std::string literalPattern(std::string_view text);
+
 // Makes a camera's name fit for a file name: separators, control characters and a leading dot become _, and so does an
 // empty name.
 std::string safeFileName(std::string_view name);

@@ -88,7 +88,9 @@ class OwnPicturesTest(PlayTest):
         names = [frame["name"] for frame in TRAJECTORY["frames"]]
         wanted = [f"{i:04}_{name}.png" for i, name in enumerate(names)]
         (self.folder / "there").mkdir()
-        for out in ("there", "there/", "made/of/two/"):
+        for out in ("there", "there/", "made/of/two/", "new", "new/er", "a{b}/", "{{c}", "d}/{name}/"):
+            if out == "{{c}":
+                (self.folder / out).mkdir()
             self.draw("--cameras", self.path, "--out", out)
             self.assertEqual(sorted(p.name for p in (self.folder / out).iterdir()), wanted)
         self.draw("--cameras", self.path, "--out", "eyes/", "--eyes", "2", "--ipd", "0.1")
