@@ -7,12 +7,15 @@
 #include "format/machine/machine.h"
 #include "kernels/threads/stopwatch.h"
 #include "runtime/module/load_module.h"
+#include <gsc/gsc_layout.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <fstream>
 #include <map>
 #include <memory>
 #include <vector>
@@ -144,19 +147,44 @@ private:
 };
 
 // The error that `gsc convert --format json` printed. Its remedies name options, which are that command's.
-Error convertError(const std::string& model, int code, const std::string& out, const std::string& said)
+Error convertError(const std::string& model, const std::string& out, const Error& otherwise)
 {
-    const Json json = Json::parse(out, nullptr, false);
-    if (!json.is_object() || json.value("schema", "") != "gsc.error/1")
-        return {ErrorCode::Unsupported, model,
-                formatString("gsc convert ended with exit code %d (%s)", code,
-                             said.empty() ? "it said nothing" : said.c_str()),
-                "it to convert the model", "convert it first, with gsc convert"};
-    std::string remedy = json.value("remedy", "");
-    if (remedy.find("--") != std::string::npos)
-        remedy += " to gsc convert, then play its file";
-    return {ErrorCode(json.value("exit_code", int(ErrorCode::Internal))), json.value("subject", model),
-            json.value("found", ""), json.value("expected", ""), remedy};
+    try {
+        const Json json = Json::parse(out);
+        if (json.at("schema") != "gsc.error/1" || json.at("exit_code") == 0)
+            return otherwise;
+        std::string remedy = json.at("remedy");
+        if (remedy.find("--") != std::string::npos)
+            remedy += " to gsc convert, then play its file";
+        return {ErrorCode(json.at("exit_code").get<int>()), json.value("subject", model), json.at("found"),
+                json.at("expected"), remedy};
+    } catch (const Json::exception&) {
+        return otherwise;
+    }
+}
+
+// Passes a line of `gsc convert --progress json` on. Returns false if it is no event.
+bool passOn(const std::string& line, bool tells_progress, Reporter& log)
+{
+    try {
+        const Json event = Json::parse(line);
+        const std::string kind = event.at("event");
+        if (kind == "warning")
+            log.warning(event.at("message"));
+        else if (kind == "progress" && tells_progress)
+            log.progress(("convert, " + event.at("stage").get<std::string>()).c_str(), event.at("done"),
+                         event.at("total"));
+        return true;
+    } catch (const Json::exception&) {
+        return false;
+    }
+}
+
+bool isGsc(const std::string& path)
+{
+    std::array<unsigned char, sizeof(kMagic)> head{};
+    std::ifstream(path, std::ios::binary).read(reinterpret_cast<char*>(head.data()), head.size());
+    return std::ranges::equal(head, kMagic);
 }
 
 } // namespace
@@ -175,20 +203,19 @@ void convertModel(const std::string& model, Reporter& log)
     Child child(program, {"convert", "--format", "json", "--progress", "json", "-o", file->path(), "--input", model});
     std::string said; // last line that is no event
     const std::string out = child.read([&](const std::string& line) {
-        const Json event = Json::parse(line, nullptr, false);
-        const std::string kind = event.is_object() ? event.value("event", "") : "";
-        if (kind == "warning")
-            log.warning(event.value("message", ""));
-        else if (kind == "progress" && millisecondsSince(start) > kShort)
-            log.progress(("convert, " + event.value("stage", "")).c_str(), event.value("done", uint64_t(0)),
-                         event.value("total", uint64_t(0)));
-        else if (kind.empty())
+        if (!passOn(line, millisecondsSince(start) > kShort, log))
             said = line;
     });
     const int code = child.wait();
-    log.endProgress(code != 0);
-    if (code != 0)
-        throw convertError(model, code, out, said);
+    const bool is_made = code == 0 && isGsc(file->path());
+    log.endProgress(!is_made);
+    if (!is_made)
+        throw convertError(
+            model, out,
+            {ErrorCode::Unsupported, model,
+             formatString("%s convert ended with exit code %d%s (%s)", program.c_str(), code,
+                          code == 0 ? " and has written no .gsc" : "", said.empty() ? "it said nothing" : said.c_str()),
+             "it to convert the model", "convert it first, with the gsc that belongs to gsc-play"});
     log.tell(formatString("%s: converted in %.1f s for this run; gsc convert %s keeps the file", model.c_str(),
                           millisecondsSince(start) / 1000, model.c_str()));
     convertedFiles().emplace(model, std::move(file));

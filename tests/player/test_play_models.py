@@ -114,7 +114,26 @@ class TrainedModelTest(unittest.TestCase):
         (alone.parent / "gsc").write_text("#!/bin/sh\necho it broke >&2\nexit 3\n")
         (alone.parent / "gsc").chmod(0o755)
         run = self.run_it(alone, self.models / "street", *DRAWN, "--stats", "-", code=5)
-        self.assertIn("exit code 3 (it broke)", run.stderr)
+        self.assertIn("alone/gsc convert ended with exit code 3 (it broke)", run.stderr)
+
+    def test_another_program_called_gsc(self) -> None:
+        alone = self.folder / "alone/gsc-play"
+        alone.parent.mkdir()
+        shutil.copy(PLAY, alone)
+        self.environment["PATH"] = str(alone.parent)
+        write = "for a; do last=$out; out=$a; [ \"$last\" = -o ] && echo no model > \"$a\"; done; :\n"
+        odd = ({"event": 1}, {"event": "warning", "message": 2}, {"event": "progress", "stage": [], "done": "a"}, [1], {})
+        lines = "".join(f"echo '{json.dumps(line)}' >&2\n" for line in odd)
+        error = json.dumps({"schema": "gsc.error/1", "exit_code": "a", "found": 1})
+        for script, says in ((":\n", "exit code 0 and has written no .gsc"), (write, "exit code 0 and has written no .gsc"),
+                             (lines, "exit code 0 and has written no .gsc ({})"),
+                             (f"echo '{error}'\nexit 4\n", "exit code 4 (it said nothing)"),
+                             (f"echo '{{\"schema\": 1}}'\nexit 4\n", "exit code 4 (it said nothing)")):
+            (alone.parent / "gsc").write_text("#!/bin/sh\n" + script)
+            (alone.parent / "gsc").chmod(0o755)
+            run = self.run_it(alone, self.models / "street", *DRAWN, "--stats", "-", code=5)
+            self.assertIn(f"{alone.parent}/gsc convert ended with {says}", run.stderr)
+            self.assertNotIn("for this run", run.stderr)
 
     def test_interrupted(self) -> None:
         """While it converts, and while it draws."""
