@@ -105,6 +105,16 @@ TEST_CASE("a decode budget holds, what is new is decoded all the same, and waiti
     }
 }
 
+TEST_CASE("without a limit nothing is dropped, also of what went out of view")
+{
+    const SyntheticModel model(modelOptions(LevelRule::None));
+    const auto backend = open(model.view());
+    for (int frame : {0, 8, 16, 24}) {
+        CAPTURE(frame);
+        CHECK(render(*backend, walk(frame, 1), with(ReusePolicy::Error, 4))[0].result.cache_evictions == 0);
+    }
+}
+
 TEST_CASE("a limit that falls is kept at once, and dropping the caches gives their memory back")
 {
     SyntheticOptions many = modelOptions(LevelRule::None);

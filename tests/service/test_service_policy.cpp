@@ -170,6 +170,15 @@ TEST_CASE("starts and stops do not follow each other for ever, whatever the cost
     }
 }
 
+TEST_CASE("a prediction alone counts where no rate is known yet")
+{
+    Pace pace(between(90, 0));
+    CHECK(pace.look(1000ms, {1, 0, 1, 0, 100}).step == PaceStep::Keep);
+    CHECK(pace.look(2000ms, {1, 0, 1, 0, 100}).step == PaceStep::Keep);
+    CHECK(pace.look(2005ms, {1, 0, 1, 0, 80}).step == PaceStep::Keep);
+    CHECK(pace.look(2105ms, {1, 0, 1, 0, 80}).step == PaceStep::Start);
+}
+
 TEST_CASE("a predicted fall starts a worker before the rate has fallen")
 {
     Pace pace(between(90, 0));

@@ -101,6 +101,7 @@ TEST_CASE("nearestWord: edits, swaps, heads and starts, and nothing far off")
     CHECK(nearestWord("--sede", known) == "--seed");
     CHECK(nearestWord("--memory", known) == "--memory-budget");
     CHECK(nearestWord("--x", known).empty());
+    CHECK(nearestWord("wxyz", {"abyz", "bayz"}).empty()); // no swap
     CHECK(nearestWord("", known).empty());
     CHECK(nearestWord(std::string(100000, 'a'), known).empty());
     CHECK(listWords({}).empty());
