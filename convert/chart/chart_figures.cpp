@@ -17,6 +17,8 @@ std::string figuresMissing()
     return {};
 }
 
+void requireFigures() {}
+
 std::vector<FigureFile> drawFigures(const Json& model, const std::function<void(size_t done, size_t total)>& progress)
 {
     const auto& rasteriser = loadModule<SvgPngFunctions>("gsc_figures_rsvg", kSvgPngThreads);

@@ -18,8 +18,11 @@ struct FigureFile {
 // Names the part that this build lacks to draw figures; empty if none.
 std::string figuresMissing();
 
-// SVG and PNG of every figure of every panel, in light colours. Throws Error: Unsupported (figuresMissing()), Internal (a
-// script failed), OutOfMemory, Interrupted.
+// Throws Error(Unsupported), in the words of --figures, if there is such a part.
+void requireFigures();
+
+// SVG and PNG of every figure of every panel, in light colours. Throws Error: as requireFigures(); Internal (a script
+// failed), OutOfMemory, Interrupted.
 std::vector<FigureFile> drawFigures(const nlohmann::ordered_json& model,
                                     const std::function<void(size_t done, size_t total)>& progress);
 

@@ -48,10 +48,7 @@ void checkOutputs(const ChartOptions& options, const Reporter& report)
     checkOutput(options.output, OutputKind::Text, options.overwrite);
     if (options.figures.empty())
         return;
-    if (const std::string missing = figuresMissing(); !missing.empty())
-        throw Error(
-            ErrorCode::Unsupported, "--figures", "this gsc was built without " + missing, "Duktape and librsvg",
-            "run .ci/setup.sh figures and build it again, or leave --figures out: the page has the same figures");
+    requireFigures();
     checkOutputFolder(options.figures, options.overwrite);
 }
 
