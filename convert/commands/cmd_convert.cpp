@@ -86,11 +86,12 @@ void verifyFile(const Checkpoint& checkpoint, const std::string& path, const std
                             "no difference");
 }
 
-// Returns MODEL.gsc beside the model: the name of a folder, or of a PLY without its ending.
+// Returns MODEL.gsc beside the model: the name of a folder, or of a PLY without its ending. A symbolic link is
+// not followed.
 std::string defaultOutput(const std::string& input)
 {
     std::error_code ignored;
-    std::filesystem::path path = std::filesystem::weakly_canonical(input, ignored);
+    std::filesystem::path path = std::filesystem::absolute(input, ignored).lexically_normal();
     if (path.filename().empty())
         path = path.parent_path();
     if (path.extension() == ".ply")

@@ -3,7 +3,6 @@
 
 #include "convert/compare/trainer_pictures.h"
 #include "convert/write/write_gsc.h"
-#include <gsc/file/output_paths.h>
 #include "format/file/temporary.h"
 #include <gsc/interrupt.h>
 #include "runtime/cameras/scene_cameras.h"
@@ -163,8 +162,7 @@ RenderComparison compareRenders(const Checkpoint& checkpoint, const std::string&
     const std::vector<TrainerPicture> pictures =
         picturesIn(options.golden.empty() ? findTrainerPictures(checkpoint) : options.golden, fast.scene());
     if (!cameras.empty()) {
-        const Temporary folder(resolveOutput((fs::temp_directory_path() / "gsc-compare").string()),
-                               TemporaryKind::Folder, 0700);
+        const Temporary folder(temporaryFolder() + "/gsc-compare", TemporaryKind::Folder, 0700);
         const std::string fresh = folder.path() + "/fresh.gsc";
         writeFresh(checkpoint, fresh, options.threads, report);
         FileRenderer reference(fresh, CpuPath::Reference, Tier::Exact, options.reference, options.threads);

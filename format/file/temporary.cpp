@@ -200,6 +200,16 @@ void Temporary::release() noexcept
     m_path.clear();
 }
 
+std::string temporaryFolder()
+{
+    std::error_code none;
+    const fs::path folder = fs::temp_directory_path(none);
+    if (none)
+        throw Error(ErrorCode::Io, "TMPDIR", "names no folder", "one for temporary files",
+                    "set it to one that may be written");
+    return fs::canonical(folder).string();
+}
+
 void removeTemporaryFiles() noexcept
 {
     for (const Slot& slot : g_slots) {

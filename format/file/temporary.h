@@ -35,6 +35,9 @@ private:
     int m_fd = -1, m_slot = -1;
 };
 
+// Returns the folder for temporary files, with symbolic links resolved: TMPDIR, or /tmp without it. Throws Error(Io).
+std::string temporaryFolder();
+
 // Removes all temporary files of this process, but not its temporary folders. Async-signal-safe, for a signal handler
 // that ends the process.
 void removeTemporaryFiles() noexcept;

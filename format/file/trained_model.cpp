@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/file/trained_model.h"
 
-#include <gsc/error.h>
-
 #include <filesystem>
 #include <fstream>
 #include <string_view>
@@ -11,20 +9,10 @@ namespace gsc {
 
 namespace {
 
-std::string temporaryFolder()
-{
-    std::error_code none;
-    const std::filesystem::path folder = std::filesystem::temp_directory_path(none);
-    if (none)
-        throw Error(ErrorCode::Io, "TMPDIR", "names no folder", "one for the file that a trained model is converted to",
-                    "set it to one that may be written, or convert the model first");
-    return std::filesystem::canonical(folder).string();
-}
-
 std::string nameOf(const std::string& model)
 {
     std::error_code none;
-    std::filesystem::path path = std::filesystem::weakly_canonical(model, none);
+    std::filesystem::path path = std::filesystem::absolute(model, none).lexically_normal();
     if (path.filename().empty())
         path = path.parent_path();
     return path.stem().string() + ".gsc";

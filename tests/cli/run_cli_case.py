@@ -26,6 +26,7 @@ case runs in an empty folder {out}. Keys of a case:
   before     list of ["copy", from, to] | ["link", from, to] | ["symlink", target, path] | ["folder", path]
              | ["fifo", path] | ["write", path, text] | ["patch", path, offset, hex] | ["append", path, hex]
              | ["truncate", path, size] | ["gsc", argument, ...], which must work, done before the run; a negative offset or size counts from the end
+  environment {name: value}: variables besides those there are
   stdout_to  stdout goes to this file
   file_limit largest file the process may write, bytes: a stand-in for a full disk
   disk       size of a small file system mounted at {out}/disk (bytes); without the right to mount, file_limit = disk
@@ -182,7 +183,7 @@ def run(command, case, limit, expand):
 
     sink = open(case["stdout_to"], "wb") if "stdout_to" in case else subprocess.PIPE
     process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=sink, stderr=subprocess.PIPE,
-                               preexec_fn=before_exec)
+                               env=os.environ | case.get("environment", {}), preexec_fn=before_exec)
     lines = []
     interrupted = threading.Event()
 

@@ -7,6 +7,7 @@
 #include <gsc/error.h>
 #include <gsc/file/output_file.h>
 #include "format/file/temporary.h"
+#include "format/file/trained_model.h"
 
 #include <doctest/doctest.h>
 
@@ -458,4 +459,14 @@ TEST_CASE("lines of many programs do not mix, and a full disk costs no line")
               return int(outcomeOf([&] { appendLine(dir / "rows", std::string(3000, '{'), "{", endsInBrace); }).code);
           }) == int(ErrorCode::Io));
     CHECK(fs::file_size(dir / "rows") == size);
+}
+
+TEST_CASE("the temporary file of a model is named as the model was, also by a link")
+{
+    const TemporaryFolder folder;
+    fs::create_directory(folder / "city");
+    fs::create_symlink("city", folder / "lnk");
+    for (const char* given : {"lnk", "lnk/"})
+        CHECK(fs::path(TemporaryGsc(folder / given).path()).filename() == "lnk.gsc");
+    CHECK(fs::path(TemporaryGsc(folder / "city").path()).filename() == "city.gsc");
 }

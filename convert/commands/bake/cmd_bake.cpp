@@ -124,8 +124,7 @@ public:
     std::string file(const std::string& name)
     {
         if (!m_folder)
-            m_folder.emplace(resolveOutput((std::filesystem::temp_directory_path() / "gsc-bake").string()),
-                             TemporaryKind::Folder, 0700);
+            m_folder.emplace(temporaryFolder() + "/gsc-bake", TemporaryKind::Folder, 0700);
         return m_folder->path() + "/" + name;
     }
 
@@ -292,8 +291,10 @@ ErrorCode runAsked(const BakeCommand& given, Reporter& report)
     Workplace workplace;
     options.input = wholeFile(command, workplace, report);
     BakeOptions baking = options;
+    std::optional<Temporary> unpacked; // folder beside the output, where there is room for files of that size
     if (command.archive) {
-        baking.output = workplace.file("baked.gsc");
+        unpacked.emplace(resolveOutput(options.output), TemporaryKind::Folder, 0700);
+        baking.output = unpacked->path() + "/baked.gsc";
         baking.output_name = options.output;
     }
     const BakeReport result = bake(baking, std::bind_front(&Reporter::progress, &report));
