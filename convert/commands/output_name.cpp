@@ -1,30 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/output_name.h"
 
+#include "format/file/path_ending.h"
 #include <gsc/error.h>
+#include "runtime/cli/printed_command.h"
 
 #include <algorithm>
-#include <filesystem>
+#include <initializer_list>
 
 namespace gsc {
 
-std::string endingOf(const std::string& path)
+namespace {
+
+bool isOneOf(std::initializer_list<const char*> endings, const std::string& ending)
 {
-    std::string ending = std::filesystem::path(path).extension().string();
-    std::ranges::transform(ending, ending.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? char(c + 32) : c; });
-    return ending;
+    return std::ranges::find(endings, ending) != endings.end();
+}
+
+} // namespace
+
+bool isForeignEnding(const std::string& ending)
+{
+    return isOneOf({".gltf", ".splat", ".ksplat", ".json", ".jsonl"}, ending);
 }
 
 void checkGscName(const std::string& output)
 {
     const std::string ending = endingOf(output);
-    const auto named = [&](std::initializer_list<const char*> others) {
-        return std::ranges::find(others, ending) != others.end();
-    };
-    if (named({".ply", ".spz", ".glb", ".sog", ".html", ".nvdb", ".vdb"}))
+    if (isOneOf({".ply", ".spz", ".glb", ".sog", ".html", ".nvdb", ".vdb"}, ending))
         throw Error(ErrorCode::Usage, "--output " + output, "names a " + ending + " file", "FILE.gsc",
-                    "write a .gsc first; gsc export FILE.gsc -o " + output + " makes such a file of it");
-    if (named({".gltf", ".splat", ".ksplat", ".json", ".jsonl"}))
+                    "write a .gsc first; gsc export FILE.gsc -o " + shellWord(output) + " makes such a file of it");
+    if (isForeignEnding(ending))
         throw Error(ErrorCode::Usage, "--output " + output, "names a " + ending + " file", "FILE.gsc",
                     "choose another name");
 }

@@ -6,8 +6,8 @@
 
 namespace gsc {
 
-// The ending of a path in lower case, with its point; "" without one.
-[[nodiscard]] std::string endingOf(const std::string& path);
+// Returns true for the ending of a kind of file that gsc makes of no model, such as ".splat".
+[[nodiscard]] bool isForeignEnding(const std::string& ending);
 
 // Throws Error(Usage) if `output`, which becomes a .gsc file, is named as a file of another kind.
 void checkGscName(const std::string& output);

@@ -16,6 +16,7 @@
 #include <gsc/frame_stats.h>
 #include "player/frames/lod_target.h"
 #include "player/frames/path.h"
+#include "runtime/cli/printed_command.h"
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +39,7 @@ std::vector<std::string> cameraFiles(const StabilityOptions& options)
 {
     if (options.trajectories.empty())
         throw Error(ErrorCode::Usage, "--trajectories", "none given", "camera files or a folder of them",
-                    "gsc sample paths " + options.play.model.file + " -o DIR makes those that break reuse");
+                    "gsc sample paths " + shellWord(options.play.model.file) + " -o DIR makes those that break reuse");
     std::vector<std::string> files;
     for (const std::string& given : options.trajectories) {
         std::error_code code;
@@ -53,7 +54,7 @@ std::vector<std::string> cameraFiles(const StabilityOptions& options)
         if (found.empty())
             throw Error(ErrorCode::Io, given,
                         formatString("holds no camera file (%s)", code ? code.message().c_str() : "no *.json"),
-                        "*.json", "gsc sample paths " + options.play.model.file + " -o DIR makes some");
+                        "*.json", "gsc sample paths " + shellWord(options.play.model.file) + " -o DIR makes some");
         std::sort(found.begin(), found.end());
         files.insert(files.end(), found.begin(), found.end());
     }

@@ -6,6 +6,7 @@
 #include "format/file/trained_model.h"
 #include "format/machine/machine.h"
 #include "kernels/threads/stopwatch.h"
+#include "runtime/cli/printed_command.h"
 #include "runtime/module/load_module.h"
 #include <gsc/gsc_layout.h>
 
@@ -153,11 +154,8 @@ Error convertError(const std::string& model, const std::string& out, const Error
         const Json json = Json::parse(out);
         if (json.at("schema") != "gsc.error/1" || json.at("exit_code") == 0)
             return otherwise;
-        std::string remedy = json.at("remedy");
-        if (remedy.find("--") != std::string::npos)
-            remedy += " to gsc convert, then play its file";
         return {ErrorCode(json.at("exit_code").get<int>()), json.value("subject", model), json.at("found"),
-                json.at("expected"), remedy};
+                json.at("expected"), convertAdvice(json.at("remedy"))};
     } catch (const Json::exception&) {
         return otherwise;
     }
@@ -170,7 +168,7 @@ bool passOn(const std::string& line, bool tells_progress, Reporter& log)
         const Json event = Json::parse(line);
         const std::string kind = event.at("event");
         if (kind == "warning")
-            log.warning(event.at("message"));
+            log.warning(convertAdvice(event.at("message")));
         else if (kind == "progress" && tells_progress)
             log.progress(("convert, " + event.at("stage").get<std::string>()).c_str(), event.at("done"),
                          event.at("total"));
@@ -217,7 +215,7 @@ void convertModel(const std::string& model, Reporter& log)
                           code == 0 ? " and has written no .gsc" : "", said.empty() ? "it said nothing" : said.c_str()),
              "it to convert the model", "convert it first, with the gsc that belongs to gsc-play"});
     log.tell(formatString("%s: converted in %.1f s for this run; gsc convert %s keeps the file", model.c_str(),
-                          millisecondsSince(start) / 1000, model.c_str()));
+                          millisecondsSince(start) / 1000, shellWord(model).c_str()));
     convertedFiles().emplace(model, std::move(file));
 }
 

@@ -6,6 +6,7 @@
 #include "format/file/trained_model.h"
 #include "player/devices/worker_report.h"
 #include "player/frames/lod_target.h"
+#include "runtime/cli/printed_command.h"
 #include "runtime/frames/frame_loop.h"
 #include "kernels/threads/stopwatch.h"
 #include "player/devices/open_renderer.h"
@@ -38,8 +39,8 @@ void stopIfInterrupted(size_t frames, const PlaySummary& summary, const PlayOpti
 
 [[noreturn]] void failIdle(const PlayOptions& options, const std::string& frames)
 {
-    const std::string& file = options.model.file;
-    throw Error(ErrorCode::Usage, file, "nothing would be kept of " + frames, "an output",
+    const std::string file = shellWord(options.model.file);
+    throw Error(ErrorCode::Usage, options.model.file, "nothing would be kept of " + frames, "an output",
                 "add --out FOLDER, or " +
                     (hasWindow() ? "fly through it with gsc-play window " + file + ", or " : std::string()) +
                     "measure with gsc-play bench " + file);

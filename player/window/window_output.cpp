@@ -4,6 +4,7 @@
 #include "player/window/window_session.h"
 
 #include <gsc/error.h>
+#include "runtime/cli/printed_command.h"
 #include "runtime/cli/setting_words.h"
 #include "runtime/cameras/length.h"
 #include "runtime/image/image_io.h"
@@ -247,7 +248,8 @@ void WindowSession::writeRecording()
     (void)m_recorder.stop(name);
     m_wrote = name;
     m_history.summary.files.push_back(name);
-    say("wrote " + name + "; gsc-play bench " + m_options.play.model.file + " --cameras " + name + " plays it");
+    say("wrote " + name + "; gsc-play bench " + shellWord(m_options.play.model.file) + " --cameras " + shellWord(name) +
+        " plays it");
 }
 
 } // namespace gsc

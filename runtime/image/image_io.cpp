@@ -3,6 +3,7 @@
 
 #include <gsc/error.h>
 #include <gsc/file/output_file.h>
+#include "format/file/path_ending.h"
 #include "format/file/stand_in.h"
 #include "format/machine/threads.h"
 #include "runtime/image/oiio_image.h"
@@ -11,12 +12,10 @@
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <iomanip>
 #include <iterator>
@@ -78,14 +77,6 @@ std::ifstream opened(const std::string& path)
     refuseStandIn(std::as_bytes(std::span(start, count)), uint64_t(std::max<std::streamoff>(file.tellg(), 0)), path);
     file.seekg(0);
     return file;
-}
-
-std::string extensionOf(const std::string& path)
-{
-    std::string extension = std::filesystem::path(path).extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return char(std::tolower(c)); });
-    return extension;
 }
 
 // Writes a portable float map: a text header, then rows from bottom to top, little-endian (scale -1).
@@ -157,12 +148,12 @@ std::string imageExtensions()
 
 bool isImageExtension(const std::string& path)
 {
-    return std::ranges::find(kExtensions, extensionOf(path)) != std::end(kExtensions);
+    return std::ranges::find(kExtensions, endingOf(path)) != std::end(kExtensions);
 }
 
 void loadImageWriter(const std::string& path)
 {
-    if (const std::string extension = extensionOf(path); extension != ".pfm" && extension != ".png")
+    if (const std::string extension = endingOf(path); extension != ".pfm" && extension != ".png")
         (void)oiio(path);
 }
 
@@ -171,7 +162,7 @@ void writeImage(const std::string& path, const Image& image, PixelDepth depth, b
     if (!isImageExtension(path))
         throw Error(ErrorCode::Unsupported, path, "this build cannot write such a file", "one of " + imageExtensions(),
                     "choose one of them");
-    const std::string extension = extensionOf(path);
+    const std::string extension = endingOf(path);
     std::vector<unsigned char> encoded;
     if (extension == ".png")
         encoded = encodePng(image, depth);
@@ -187,10 +178,10 @@ void writeImage(const std::string& path, const Image& image, PixelDepth depth, b
 
 Image readImage(const std::string& path)
 {
-    if (extensionOf(path) == ".pfm")
+    if (endingOf(path) == ".pfm")
         return readPfm(path);
     std::ifstream file = opened(path);
-    if (extensionOf(path) != ".png")
+    if (endingOf(path) != ".png")
         return oiio(path).read(path);
     const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), {});
     return decodePng(std::as_bytes(std::span(bytes)), path);

@@ -79,6 +79,15 @@ class TrainedModelTest(unittest.TestCase):
                 self.assertEqual(json.loads(run.stdout)["path"], str(model))
                 self.assertEqual((self.folder / f"{i}.{form}").read_bytes(), (self.folder / f"file.{form}").read_bytes())
 
+    def test_says_whose_options_it_means(self) -> None:
+        shutil.copytree(self.models / "street/point_cloud", self.folder / "a b/point_cloud")
+        run = self.run_it(PLAY, "a b", *DRAWN, "--position", "0,0,0", "--look-at", "0,0,1", "--out", "{frame}.png")
+        self.assertRegex(run.stderr, r"(?m)^warning: .* --scene-dir \(to gsc convert\)$")
+        self.assertRegex(run.stderr, r"(?m)^warning: .* pass --fork .* \(to gsc convert\)$")
+        self.assertIn("gsc convert 'a b' keeps the file", run.stderr)
+        run = self.run_it(PLAY, "a b", *DRAWN, code=1)
+        self.assertIn("gsc-play bench 'a b'", run.stderr)
+
     def test_refuses(self) -> None:
         plain = self.folder / "plain/point_cloud/iteration_7/point_cloud.ply"
         plain.parent.mkdir(parents=True)

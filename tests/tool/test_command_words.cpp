@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gsc/error.h>
 #include "runtime/cli/command_words.h"
+#include "runtime/cli/printed_command.h"
 #include "runtime/cli/suggestion.h"
 #include "tests/tool/tree.h"
 
@@ -107,4 +108,24 @@ TEST_CASE("nearestWord: edits, swaps, heads and starts, and nothing far off")
     CHECK(listWords({}).empty());
     CHECK(listWords({"a"}) == "a");
     CHECK(listWords({"a", "b", "c"}) == "a, b or c");
+}
+
+TEST_CASE("words of printed commands are quoted where a shell would split or change them")
+{
+    for (const char* plain : {"a", "../a-b_1.gsc", "str\xc3\xa9e", "/a,b:c=d@e%f+g"})
+        CHECK(shellWord(plain) == plain);
+    CHECK(shellWord("") == "''");
+    CHECK(shellWord("a b") == "'a b'");
+    CHECK(shellWord("it's $HOME") == "'it'\\''s $HOME'");
+    for (const char* word : {"~a", "a*", "a;b", "(a)", "a\tb", "a\nb", "#a", "a\\b", "a\"b", "!a", "{a,b}"})
+        CHECK(shellWord(word) == "'" + std::string(word) + "'");
+}
+
+TEST_CASE("advice of gsc convert says so, where it names an option")
+{
+    CHECK(convertAdvice("pass --fork") == "pass --fork (to gsc convert)");
+    CHECK(convertAdvice("pass the folder with --scene-dir") == "pass the folder with --scene-dir (to gsc convert)");
+    for (const char* other :
+         {"train it again", "pass --size", "gsc convert has no such option, gsc-play --cameras has"})
+        CHECK(convertAdvice(other) == other);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/bake/bake_report.h"
 
+#include "runtime/cli/printed_command.h"
 #include "runtime/cli/version.h"
 #include "runtime/records/report_parts.h"
 
@@ -111,8 +112,8 @@ std::string bakeText(const BakeOptions& options, const BakeReport& report, bool 
     text += setText("search", report.search) + setText("verdict", report.verdict);
     if (!packed)
         text += formatString("pack it     gsc archive %s -o %s makes %s of it; so does --archive here\n",
-                             options.output.c_str(),
-                             std::filesystem::path(options.output).replace_extension(".archive.gsc").c_str(),
+                             shellWord(options.output).c_str(),
+                             shellWord(std::filesystem::path(options.output).replace_extension(".archive.gsc")).c_str(),
                              formatBytes(report.after.archive.file).c_str());
     return text;
 }

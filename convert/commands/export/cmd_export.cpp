@@ -6,7 +6,9 @@
 #include "convert/grids/grid_files.h"
 #include "convert/input/checkpoint.h"
 #include "convert/write/write_gsc.h"
+#include "format/file/path_ending.h"
 #include "format/file/trained_model.h"
+#include "runtime/cli/printed_command.h"
 #include "runtime/records/report_parts.h"
 #include <gsc/file/output_file.h>
 #include <gsc/gsc_file.h>
@@ -153,7 +155,7 @@ Json reportHead(const ExportOptions& options, uint64_t bytes)
 void exportGrids(const ExportOptions& options, Reporter& report)
 {
     const std::string& path = options.gaussians.file;
-    const IssueSink sink = throwFirstIssue(path);
+    const IssueSink sink = throwFirstIssue(options.model);
     const GscFile file(path, sink);
     GscView view;
     openGsc(file.bytes(), view, GscCheck::Index, sink);
@@ -235,18 +237,22 @@ void exportExplicit(const ExportOptions& options, Reporter& report)
 }
 
 // Writes the .gsc of a trained model for this run.
-void convertTo(const TemporaryGsc& file, const std::string& model, Reporter& report)
-{
+void convertTo(const TemporaryGsc& file, const std::string& model, int threads, Reporter& report)
+try {
     const Checkpoint checkpoint = readCheckpoint(model, {});
     for (const std::string& warning : checkpoint.warnings)
-        report.warning(warning);
+        report.warning(convertAdvice(warning));
     WriteOptions write;
     write.output = file.path();
+    write.threads = threads;
     for (const std::string& warning :
          writeGsc(checkpoint, write, std::bind_front(&Reporter::progress, &report)).warnings)
-        report.warning(warning);
+        report.warning(convertAdvice(warning));
     report.endProgress(false);
-    report.tell(model + ": converted for this run; gsc convert " + model + " keeps the file");
+    report.tell(model + ": converted for this run; gsc convert " + shellWord(model) + " keeps the file");
+} catch (const Error& error) {
+    throw Error(error.code(), error.subject(), error.found(), error.expected(), convertAdvice(error.remedy()))
+        .with(error.settings());
 }
 
 // Sets the form, which --to, --html and the output's name must not contradict, and then both paths of a page.
@@ -265,8 +271,7 @@ void chooseForm(ExportOptions& options)
     if (!chosen)
         options.to = *named;
     const std::string ending = endingOf(output);
-    const bool other = ending == ".gsc" || ending == ".gltf" || ending == ".splat" || ending == ".ksplat";
-    if (other || (named && *named != options.to))
+    if (ending == ".gsc" || isForeignEnding(ending) || (named && *named != options.to))
         throw Error(ErrorCode::Usage, said + " " + output,
                     "is named as a " + ending + " file, and would hold " + nameOf(options.to).what,
                     std::string("a name that ends with .") + nameOf(options.to).name,
@@ -295,8 +300,9 @@ ErrorCode runExport(const ExportOptions& given, Reporter& report)
         checkOutput(common.output, OutputKind::Binary, common.overwrite);
     std::optional<TemporaryGsc> converted;
     if (isTrainedModel(options.model))
-        convertTo(converted.emplace(options.model), options.model, report);
+        convertTo(converted.emplace(options.model), options.model, common.threads, report);
     common.file = converted ? converted->path() : options.model;
+    common.name = options.model;
     if (isGrid(options.to))
         exportGrids(options, report);
     else

@@ -9,6 +9,7 @@
 #include <gsc/file/mapped_file.h>
 #include "format/file/new_folder.h"
 #include <gsc/file/output_file.h>
+#include <gsc/gsc_file.h>
 #include <gsc/interrupt.h>
 #include "runtime/cameras/scene_cameras.h"
 #include "runtime/cli/quantity.h"
@@ -25,6 +26,11 @@ namespace {
 // Most cameras that are fitted to, and most that measure the loss, evenly spaced; more change the fit by hundredths of
 // a decibel.
 constexpr size_t kMostFitCameras = 96, kMostJudges = 12;
+
+const std::string& inputName(const GaussianExportOptions& options)
+{
+    return options.name.empty() ? options.file : options.name;
+}
 
 size_t cameraNumber(const std::vector<Camera>& cameras, const std::string& at)
 {
@@ -54,7 +60,7 @@ std::vector<Camera> camerasOf(const Scene& scene, const GaussianExportOptions& o
     for (const std::string& text : warnings)
         report.warning(text);
     if (cameras.empty())
-        throw Error(ErrorCode::Usage, options.file, "no camera stored", "some to fit colours over",
+        throw Error(ErrorCode::Usage, inputName(options), "no camera stored", "some to fit colours over",
                     "pass a camera file with --cameras");
     return cameras;
 }
@@ -116,7 +122,7 @@ void warnOfLoss(const GaussianExport& result, const GaussianExportOptions& optio
         "follow "
         "what this model's networks do; show %s itself (gsc-play draws it without loss, gsc bake makes it small), "
         "export one view with --at%s, or fit to more cameras with --cameras",
-        options.output.c_str(), result.loss->psnr, kPoorPsnr, options.file.c_str(),
+        options.output.c_str(), result.loss->psnr, kPoorPsnr, inputName(options).c_str(),
         result.level_numbers.size() > 1 ? ", try other --levels" : ""));
 }
 
@@ -296,7 +302,9 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
         requireSog();
     if (options.to == GaussianFileFormat::Spz && options.spz_version == 4)
         requireSpz4();
-    const std::shared_ptr<const Scene> scene = Scene::open(options.file);
+    const std::string& name = inputName(options);
+    const std::shared_ptr<const Scene> scene =
+        Scene::open(std::make_shared<const GscFile>(options.file, throwFirstIssue(name)), name);
     const std::vector<Camera> cameras = camerasOf(*scene, options, report);
     const Views views = chooseViews(*scene, cameras, options.at);
     std::vector<FitView> fit;
@@ -324,7 +332,7 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
             report.progress("fit", done, all);
         });
     if (gathering.count == 0)
-        throw Error(ErrorCode::Usage, options.file, "none of the cameras shows a Gaussian", "some",
+        throw Error(ErrorCode::Usage, name, "none of the cameras shows a Gaussian", "some",
                     "pass cameras that look at the model with --cameras");
     GaussianSet set = std::move(gathering.set);
     if (choice) {

@@ -29,7 +29,9 @@ struct LevelTrial {
 enum class LevelRequest { Measured, All, UpTo };
 
 struct GaussianExportOptions {
-    std::string file, output;
+    std::string file; // path of a .gsc file
+    std::string name; // name of the file in messages; empty = its path
+    std::string output;
     GaussianFileFormat to = GaussianFileFormat::Ply;
     int spz_version = 3;                 // version of the SPZ format, 3 or 4
     uint64_t spz_most = kSpzReadersTake; // a warning is given for more Gaussians than this

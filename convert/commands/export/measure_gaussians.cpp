@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 
 namespace gsc {
 
@@ -59,16 +60,19 @@ bool keeps(const GaussianSet& set, size_t i, const LevelSet& choice)
 // Exact pictures, and what candidates lose against them.
 class Trial {
 public:
-    Trial(GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<Shot>& views, int threads,
-          Reporter& report)
-        : m_set(set), m_opacity(set.opacity), m_rules(rasterConstants(*scene->view().params, 0)),
+    // `most`: largest number of candidates, for the progress
+    Trial(GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<Shot>& views, size_t most,
+          int threads, Reporter& report)
+        : m_report(report), m_set(set), m_opacity(set.opacity), m_rules(rasterConstants(*scene->view().params, 0)),
           m_renderer(set, scene->view().origin, threads)
     {
         std::vector<Shot> shots = takeEvenly(views, kMostTrials);
         for (Shot& shot : shots)
             shrink(shot.camera);
+        m_drawn = shots.size();
+        m_all = shots.size() * (1 + most);
         drawExact(
-            scene, shots, threads, [&](size_t i) { report.progress("levels", i, shots.size()); },
+            scene, shots, threads, [&](size_t i) { report.progress("levels", i, m_all); },
             [&](size_t, LoopFrame& frame) {
                 m_wanted.push_back({frame.eyes[0], std::move(frame.images[0])});
                 std::copy_n(frame.options.background, 3, m_background);
@@ -88,6 +92,7 @@ public:
         std::vector<float> drawn;
         for (const Wanted& wanted : m_wanted) {
             throwIfInterrupted();
+            m_report.progress("levels", m_drawn++, m_all);
             drawn.resize(wanted.image.size());
             m_renderer.draw(wanted.eye, m_rules, m_background, drawn.data());
             pooled.add(compareImages({wanted.image.data(), wanted.eye.width, wanted.eye.height},
@@ -102,6 +107,8 @@ private:
         std::vector<float> image;
     };
 
+    Reporter& m_report;
+    size_t m_drawn = 0, m_all = 0; // number of pictures drawn, and to draw at most
     GaussianSet& m_set;
     std::vector<float> m_opacity;
     RasterConstants m_rules;
@@ -149,7 +156,8 @@ void keepLevels(GaussianSet& set, const LevelSet& choice)
 std::vector<LevelTrial> tryLevels(GaussianSet& set, const std::shared_ptr<const Scene>& scene,
                                   const std::vector<Shot>& views, int threads, Reporter& report)
 {
-    Trial trial(set, scene, views, threads, report);
+    const uint16_t finest = *std::ranges::max_element(set.level);
+    Trial trial(set, scene, views, 1 + std::size(kShares) + finest, threads, report);
     std::vector<LevelTrial> tried;
     const auto attempt = [&](const LevelSet& choice) { tried.push_back({choice, trial.score(choice)}); };
     attempt({});
@@ -157,7 +165,7 @@ std::vector<LevelTrial> tryLevels(GaussianSet& set, const std::shared_ptr<const 
         attempt({.share = share});
     // fewer levels, until that is worse
     double last = tried[0].psnr;
-    for (uint16_t level = *std::ranges::max_element(set.level); level-- > 0;) {
+    for (uint16_t level = finest; level-- > 0;) {
         attempt({.finest = level});
         if (tried.back().psnr < last)
             break;
