@@ -72,25 +72,37 @@ public:
         if (m_bound == 0 || count < kLeast || count % m_cameras != 0 || count < m_next || m_percent <= m_bound)
             return false;
         m_next = count + count / 20;
-        m_percent = percentOf(*medianRange(frames, m_cameras), spreadOf(frames, &TimedFrame::wall_ms).median);
+        m_percent = percentOfMedian(frames);
         // the range narrows with the root of the number of frames
         const double ratio = m_percent / m_bound, needed = double(count) * std::max(1.0, ratio * ratio);
         m_frames = uint64_t(std::min(needed, double(m_most)));
         return m_percent <= m_bound;
     }
 
-    void warnUnlessReached(Reporter& log) const
+    // `frames`: all that were measured, whose number need be no whole round
+    void warnUnlessReached(TimedFrames frames, Reporter& log) const
     {
         if (m_bound == 0 || m_percent <= m_bound)
             return;
-        const std::string frames = formatCount(m_most, "frame");
-        const std::string known = std::isfinite(m_percent)
-                                      ? formatString("the median is known to %.2g %% after ", m_percent) + frames
-                                      : frames + " do not tell";
+        const double percent = percentOfMedian(frames);
+        if (percent <= m_bound)
+            return;
+        const std::string count = formatCount(frames.size(), "frame");
+        const std::string known = std::isfinite(percent)
+                                      ? formatString("the median is known to %.2g %% after ", percent) + count
+                                      : count + " do not tell";
         log.warning(formatString("--until-steady %g: %s; --measure more, or ask for less", m_bound, known.c_str()));
     }
 
 private:
+    // The range of the median in per cent of it, as the report has it; infinite if the frames are too few.
+    [[nodiscard]] double percentOfMedian(TimedFrames frames) const
+    {
+        const std::optional<MedianRange> range = medianRange(frames, m_cameras);
+        return range ? percentOf(*range, spreadOf(frames, &TimedFrame::wall_ms).median)
+                     : std::numeric_limits<double>::infinity();
+    }
+
     double m_bound, m_percent = std::numeric_limits<double>::infinity();
     uint64_t m_most;
     size_t m_cameras, m_next = 0;
@@ -175,7 +187,7 @@ RunRow bench(const BenchOptions& options, Reporter& log)
     row.load_ms = load_ms;
     row.work = workFacts(work, result.frames);
     row.service = serviceFacts(service);
-    steady.warnUnlessReached(log);
+    steady.warnUnlessReached(result.frames, log);
     row.warnings = log.warnings();
     return row;
 }

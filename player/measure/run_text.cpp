@@ -152,7 +152,7 @@ std::string benchText(const RunRow& row)
         text += tableRow(kStages[i].name, row.ms.stages[i]);
     if (work.wall_median)
         text +=
-            formatString("  the median of frame, wall lies between %s and %s: within %.2g %%, 95 %% sure\n",
+            formatString("  median wall time of a frame: %s to %s, within %.2g %%, 95 %% sure\n",
                          formatMeasured(work.wall_median->low).c_str(), formatMeasured(work.wall_median->high).c_str(),
                          percentOf(*work.wall_median, row.ms.wall.median));
     const Spread& even = work.ns_per_gaussian;

@@ -7,11 +7,12 @@ test_bench_cli.py SOURCE_FOLDER GSC_PLAY WRITE_TINY_GSC WRITE_BENCH_REPORT
 
 import json
 import os
+import re
 import subprocess
 import sys
 import unittest
 
-from play_case import PLAY, WRITE_REPORT, PlayTest, check_schema, pfm
+from play_case import PLAY, TRAJECTORY, WRITE_REPORT, PlayTest, check_schema, pfm
 
 
 class BenchCliTest(PlayTest):
@@ -118,11 +119,18 @@ class BenchCliTest(PlayTest):
         again = json.loads(self.bench("--until-steady", "90", "--format", "json", "--frames-in-flight", "2").stdout)
         self.assertEqual(again["config"]["id"], report["config"]["id"])  # however many frames each took
         run = self.bench("--until-steady", "0.01", "--measure", "33")
-        self.assertRegex(run.stderr, r"--until-steady 0.01: the median is known to [\d.]+ % after 33 frames")
+        known = re.search(r"--until-steady 0.01: the median is known to (\S+) % after 33 frames", run.stderr)
         self.assertIn("33 frames after", run.stdout)
-        self.assertRegex(run.stdout, r"the median of frame, wall lies between [\d.]+ and [\d.]+: within [\d.]+ %, 95 % sure")
+        within = re.search(r"median wall time of a frame: [\d.]+ to [\d.]+, within (\S+) %, 95 % sure", run.stdout)
+        self.assertEqual(known[1], within[1])  # of all 33, though 32 are whole rounds
         self.assertIn("--until-steady 1: 3 frames do not tell", self.bench("--until-steady", "1", "--measure", "3").stderr)
         self.assertNotIn("95 % sure", self.bench("--measure", "5").stdout)
+        frames = [TRAJECTORY["frames"][i % 4] for i in range(48)]  # no whole round is measured
+        self.path.write_text(json.dumps(TRAJECTORY | {"frames": frames}))
+        run = self.bench("--until-steady", "100", "--measure", "40")
+        self.assertNotIn("do not tell", run.stderr)
+        within = float(re.search(r"within (\S+) %, 95 % sure", run.stdout)[1])
+        self.assertEqual("--until-steady" in run.stderr, within > 100, run.stderr)
 
     def test_progress_counts_the_scores_too(self) -> None:
         for options, steps in ((("--quality", "2"), 2), (("--quality", "2", "--reuse", "error"), 4 + 2)):
@@ -147,7 +155,7 @@ class BenchCliTest(PlayTest):
         check_schema("run", report)
         self.assertEqual({key: report["config"][key] for key in said}, said)
         self.assertEqual(report["config"]["lod_bias"], -1)
-        self.assertIn("reuse error: ", self.small(*options).stdout)
+        self.assertIn("reuse error: ", self.small("-v", *options).stdout)
         self.assertIn("cache_evictions", self.bench("--measure", "3", *options).stdout)
         self.assertNotIn("cache_evictions", self.bench("--measure", "3").stdout)
         self.refused(self.model, "--reuse-bound", "1", code=1, says="expected --reuse error")
@@ -180,7 +188,7 @@ class BenchCliTest(PlayTest):
         self.assertAlmostEqual(report["lod_bias_used"]["min"], used[-1])
         self.assertEqual((report["target_ms"], report["lod_bias"]), (0.0001, 0.5))
         self.assertEqual(report["detail_used"], {"mean": 0, "min": 0, "max": 0})
-        self.assertIn("target 0.0001 ms: LOD bias", self.play(*base, *target).stdout)
+        self.assertIn("target 0.0001 ms: LOD bias", self.play(*base, "-v", *target).stdout)
 
         bench = ("bench", *base, "--warmup", "2", "--measure", "6", *target)
         report = json.loads(self.play(*bench, "--format", "json").stdout)
@@ -192,7 +200,7 @@ class BenchCliTest(PlayTest):
         self.assertGreaterEqual(report["work"]["target"]["detail_used"]["max"], 1)
         self.refused("bench", model, "--sweep", "x.json", "--target-ms", "5", code=1, says="--target-ms")
         self.refused(*base, "--lod-fade", "2", code=1, says="--lod-fade")
-        self.refused(*base, "--lod-hysteresis", "0.1", "--backend", "cpu-reference", code=5, says="hysteresis")
+        self.refused(*base, "-v", "--lod-hysteresis", "0.1", "--backend", "cpu-reference", code=5, says="hysteresis")
 
     def test_detail_is_reported(self) -> None:
         groups = ["groups_near", "groups_kept", "groups_stale", "groups_made"]
@@ -205,7 +213,7 @@ class BenchCliTest(PlayTest):
                 self.assertEqual(json.loads(line)["detail"], detail)
                 if detail == 0:
                     self.assertEqual([json.loads(line)[name] for name in groups], [0] * 4)
-            self.assertEqual(f"detail {detail}: groups per frame" in self.small(*options).stdout, detail > 0)
+            self.assertEqual(f"detail {detail}: groups per frame" in self.small("-v", *options).stdout, detail > 0)
             report = json.loads(self.bench("--measure", "3", *options, "--format", "json").stdout)
             check_schema("run", report)
             self.assertEqual((report["config"]["detail"], list(report["work"]["coarse"])), (detail, groups))
