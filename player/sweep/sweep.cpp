@@ -132,8 +132,9 @@ public:
 
     void runAll(const std::function<void(const RunRow&)>& show)
     {
-        for (const Task& task : m_tasks)
-            m_planned.push_back({task.path, task.run->backend});
+        for (Task& task : m_tasks)
+            if ((task.is_planned = !hasRow(task)))
+                m_planned.push_back({task.path, task.run->backend});
         for (const Task& task : m_tasks) {
             const Path& path = *task.path;
             m_log.progressPart(formatString("run %zu/%zu %s", m_runs_done + 1, m_tasks.size(), path.name.c_str()));
@@ -145,6 +146,7 @@ public:
                 m_log.warning(formatString("left out: %s", warningText(e).c_str()));
             }
             ++m_runs_done;
+            m_planned_done += task.is_planned;
         }
         if (m_shard)
             m_log.tell(formatString("shard %s: %s of %s", m_given_shard.c_str(), formatCount(m_tasks.size()).c_str(),
@@ -169,7 +171,8 @@ private:
     struct Task {
         const Path* path;
         const RunConfig* run;
-        uint64_t number; // counted over all shards, first 0
+        uint64_t number;         // counted over all shards, first 0
+        bool is_planned = false; // to be measured
     };
 
     // Sets the tasks, each once: trajectories may be listed twice, and two names of --backend may be one backend.
@@ -220,29 +223,45 @@ private:
             }
     }
 
+    // The run of a task, and the reference for its row; none if the run that its budget is taken from has no row.
+    std::optional<RunConfig> settledRun(const Task& task)
+    {
+        RunConfig run = runOnPath(*task.run, *task.path);
+        m_context.reference = m_measurer->referenceOf(run.backend);
+        if (!run.match_budget)
+            return run;
+        const RunConfig depth = depthRunOf(m_config, run);
+        const RunRow* row = known(rowConfig(m_context, *task.path, depth), depth.backend);
+        if (!row)
+            return std::nullopt;
+        run.reuse.decode_budget = meanDecodes(*row);
+        run.match_budget = false;
+        return run;
+    }
+
+    bool hasRow(const Task& task)
+    {
+        const std::optional<RunConfig> run = settledRun(task);
+        return run && known(rowConfig(m_context, *task.path, *run), run->backend);
+    }
+
     RunRow rowOf(const Task& task)
     {
         const Path& path = *task.path;
-        RunConfig run = runOnPath(*task.run, path);
-        checkReuse(run.backend, run.reuse.policy);
-        m_context.reference = m_measurer->referenceOf(run.backend);
-        if (run.match_budget) {
-            const RunConfig depth = depthRunOf(m_config, run);
-            const RunRow* row = known(rowConfig(m_context, path, depth), depth.backend);
-            if (!row) // expandRuns() puts it first, so the backend could not draw it
-                throw Error(ErrorCode::Unsupported, "sweep",
-                            "the run that a decode budget of \"match\" is taken from was left out", "it to be drawn",
-                            "state a number, or a backend and tier that draw with policy depth");
-            run.reuse.decode_budget = meanDecodes(*row);
-            run.match_budget = false;
-        }
+        checkReuse(task.run->backend, task.run->reuse.policy);
+        const std::optional<RunConfig> settled = settledRun(task);
+        if (!settled) // expandRuns() puts the run first, so the backend could not draw it
+            throw Error(ErrorCode::Unsupported, "sweep",
+                        "the run that a decode budget of \"match\" is taken from was left out", "it to be drawn",
+                        "state a number, or a backend and tier that draw with policy depth");
+        const RunConfig& run = *settled;
         const RowConfig config = rowConfig(m_context, path, run);
         if (const RunRow* row = known(config, run.backend)) {
             ++m_found;
             return m_shard && !m_rows.hasTask(task.number) ? appended(*row, task) : *row;
         }
         const FrameOptions frame = frameOptions(*m_scene, run);
-        const RunResult result = m_measurer->run(std::span(m_planned).subspan(m_runs_done), frame);
+        const RunResult result = m_measurer->run(std::span(m_planned).subspan(m_planned_done), frame);
         RunRow row = runRow(m_context, config, run.backend, result);
         row.warnings = warningsOf(path);
         m_new_warnings.addTo(row.warnings);
@@ -280,10 +299,10 @@ private:
     std::unique_ptr<Measurer> m_measurer;
     std::vector<RunConfig> m_runs;
     std::vector<Task> m_tasks;                // tasks of this shard
-    std::vector<Measurer::Planned> m_planned; // the same
+    std::vector<Measurer::Planned> m_planned; // those of them to be measured: without a row in the file
     std::optional<ShardFacts> m_shard;        // facts for its rows; none = the sweep is not split
     std::string m_given_shard;
-    size_t m_runs_done = 0, m_found = 0;
+    size_t m_runs_done = 0, m_planned_done = 0, m_found = 0;
 };
 
 } // namespace

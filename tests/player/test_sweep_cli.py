@@ -373,6 +373,11 @@ class SweepTest(unittest.TestCase):
         self.assertEqual(steps(*command), 0)
         self.out.write_text(lines[0])
         self.assertEqual(steps(*command), 3 * 6 + 5 * 8)
+        self.out.unlink()
+        self.write(axes={"policy": ["none"]})
+        self.assertEqual(steps(*command), 3 * 6 + 3 * 8)
+        self.write(axes={"policy": ["depth", "none"]})  # what is in the file comes last
+        self.assertEqual(steps(*command), 3 * 6 + 3 * 8)
         files = ("--trajectories", "c/paths/first.json", "c/paths/second.json")
         base = ("stability", self.model, "--backend", "cpu", "--size", "48x32", "--progress", "json", *files)
         self.assertEqual(steps(*base), 3 * 6 + 3 * 8)
