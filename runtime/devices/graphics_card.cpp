@@ -21,9 +21,13 @@ uint32_t numberIn(const std::filesystem::path& file)
 
 } // namespace
 
-bool hasGraphicsCard(uint32_t vendor, const std::string& devices)
+bool hasGraphicsCard(uint32_t vendor, const std::string& devices, const std::string& files)
 {
     std::error_code code;
+    if (vendor == kNvidia) // containers and WSL may list no PCI devices
+        for (const char* const file : {"nvidia0", "dxg"})
+            if (std::filesystem::exists(std::filesystem::path(files) / file, code))
+                return true;
     for (std::filesystem::directory_iterator entry(devices, code), end; !code && entry != end; entry.increment(code))
         if (numberIn(entry->path() / "vendor") == vendor &&
             numberIn(entry->path() / "class") >> 16 == kDisplayController)

@@ -197,14 +197,27 @@ TEST_CASE("a graphics card is a PCI device of a vendor and of the class of displ
         std::ofstream(folder.path() / name / "vendor") << vendor << "\n";
         std::ofstream(folder.path() / name / "class") << what << "\n";
     };
-    const auto found = [&] { return hasGraphicsCard(kNvidia, folder.path().string()); };
-    CHECK_FALSE(hasGraphicsCard(kNvidia, (folder.path() / "none").string()));
+    const std::string none = (folder.path() / "none").string();
+    const auto found = [&] { return hasGraphicsCard(kNvidia, folder.path().string(), none); };
+    CHECK_FALSE(hasGraphicsCard(kNvidia, none, none));
     add("0000:00:00.0", "0x8086", "0x030000"); // graphics of another vendor
     add("0000:00:01.0", "0x10de", "0x040300"); // sound
     std::filesystem::create_directory(folder.path() / "0000:00:02.0");
     CHECK_FALSE(found());
     add("0000:00:03.0", "0x10de", "0x030200"); // a GPU without a screen
     CHECK(found());
+}
+
+TEST_CASE("a graphics card is what a driver has a file for, where no PCI device is listed")
+{
+    for (const char* file : {"nvidia0", "dxg"}) {
+        const test::TemporaryFolder folder;
+        const std::string files = folder.path().string(), none = files + "/none";
+        CHECK_FALSE(hasGraphicsCard(kNvidia, none, files));
+        std::ofstream(folder.path() / file) << "";
+        CHECK(hasGraphicsCard(kNvidia, none, files));
+        CHECK_FALSE(hasGraphicsCard(0x8086, none, files));
+    }
 }
 
 TEST_CASE("a device has one name; the CPU does what a better device cannot, where the choice is left open")
