@@ -37,7 +37,7 @@ std::unique_ptr<Headset> openHeadset(const XrOptions& options, HeadsetFacts* kno
 #else
     (void)options, (void)known;
     throw Error(ErrorCode::Unsupported, "headset", "this build has none", "one made with Vulkan and OpenXR",
-                "install libvulkan-dev and libopenxr-dev and build again, or play without a headset");
+                "run .ci/setup.sh headset and build again, or play without a headset");
 #endif
 }
 
@@ -240,6 +240,8 @@ std::string headsetText(const HeadsetFacts& facts)
 
 std::string headsetText(const HeadsetFacts& known, const Error& why)
 {
+    if (known.loader.empty())
+        return {};
     const auto named = [](const std::string& name) { return name.empty() ? "none" : name.c_str(); };
     return formatString("loader      %s\nvulkan      %s\ngpu         %s\nruntime     %s\nheadset     none: %s\n",
                         named(known.loader), named(known.vulkan), named(known.gpu), named(known.runtime),

@@ -80,7 +80,8 @@ XrSummary runXr(const XrOptions& options, Reporter& log);
 HeadsetFacts headsetFacts(const XrOptions& options, HeadsetFacts& known, Reporter& log);
 OrderedJson headsetJson(const HeadsetFacts& facts); // schemas/xr-info.schema.json describes it
 std::string headsetText(const HeadsetFacts& facts);
-// Describes what is there though the headset cannot be opened for the reason `why`.
+// Describes what is there though the headset cannot be opened for the reason `why`. Empty if nothing was looked for, as in a
+// build without headsets.
 std::string headsetText(const HeadsetFacts& known, const Error& why);
 
 OrderedJson xrJson(const XrSummary& summary); // schemas/xr-report.schema.json describes it

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/xr/start.h"
 
+#include <gsc/error.h>
+#include "player/xr/xr.h"
+
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>
 
@@ -174,4 +177,13 @@ TEST_CASE("the start that shows most is the default, but a wall before the nose 
     CHECK(*start.shown[size_t(StartPlace::Camera)] == 0.5);
     CHECK(startText(start) == "starts on the ground; of an eye's picture the model fills 50 % at the first camera, 100 "
                               "% on the ground, 0 % before a table-top");
+}
+
+TEST_CASE("a list of what there is without a headset is of what was looked for")
+{
+    const Error why(ErrorCode::Unsupported, "headset", "this build has none", "another", "build again");
+    HeadsetFacts known;
+    CHECK(headsetText(known, why).empty());
+    known.loader = "libopenxr_loader.so";
+    CHECK(headsetText(known, why).find("vulkan      none\n") != std::string::npos);
 }
