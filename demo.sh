@@ -14,7 +14,8 @@ validates and plays it. Pictures and the .gsc file lie in out/ at the end.
                   window   gsc-play window, a window to fly in
                   headset  gsc-play xr, through OpenXR
                   figures  gsc chart --figures, charts as SVG and PNG
-                  images   EXR, and reading JPEG and others
+                  images   EXR, JPEG and WebP; other kinds are read
+                  mpi      gsc-play-mpi, for the GPUs of several machines
                 A part whose libraries are here already is built without it.
 Compiled for the GPU of this machine; without one, without CUDA.
 CMAKE_CUDA_ARCHITECTURES=90 ./demo.sh compiles for other GPUs, here for 9.0.

@@ -58,18 +58,20 @@ show_counter() {
 .ci/setup.sh "$@"
 mkdir -p build
 options=(-DGSC_BUILD_TESTS=OFF -DGSC_BUILD_BENCH=OFF)
+targets=(gsc gsc-play gsc_shell_files gsc-play_shell_files)
 for part in "$@"; do
     case $part in
     window) options+=(-DGSC_WITH_WINDOW=ON) ;;
     headset) options+=(-DGSC_WITH_XR=ON) ;;
     figures) options+=(-DGSC_WITH_FIGURES=ON) ;;
     images) options+=(-DGSC_WITH_OIIO=ON) ;;
+    mpi) options+=(-DGSC_WITH_MPI=ON) targets+=(gsc-play-mpi) ;;
     esac
 done
 choose_cuda
 cmake --preset release "${cuda[@]}" "${options[@]}" >$log 2>&1 || fail "CMake failed"
 sed -n 's/^-- gsc: /build: /p' $log
-command=(cmake --build --preset release -j "$(nproc)" --target gsc gsc-play gsc_shell_files gsc-play_shell_files)
+command=(cmake --build --preset release -j "$(nproc)" --target "${targets[@]}")
 if [ -t 1 ]; then # ninja counts in place, and shows what fails
     "${command[@]}" || exit 4
 else

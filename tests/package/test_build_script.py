@@ -77,10 +77,11 @@ class BuildScript(unittest.TestCase):
         self.assertIn("-DGSC_WITH_CUDA=ON -DCMAKE_CUDA_ARCHITECTURES=80-real;90 ", asked)
 
     def test_parts(self) -> None:
-        asked, _ = self.build("window", "headset", "figures", "images")
-        self.assertIn("set-up window headset figures images\n", asked)
-        for switch in ("WINDOW", "XR", "FIGURES", "OIIO"):
+        asked, _ = self.build("window", "headset", "figures", "images", "mpi")
+        self.assertIn("set-up window headset figures images mpi\n", asked)
+        for switch in ("WINDOW", "XR", "FIGURES", "OIIO", "MPI"):
             self.assertIn(f"-DGSC_WITH_{switch}=ON", asked)
+        self.assertRegex(asked, "--target .* gsc-play-mpi\n")
 
     def test_failure_names_the_log(self) -> None:
         _, shown = self.build(ends=4, BUILD_ENDS="1")
