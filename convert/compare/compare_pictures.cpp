@@ -13,17 +13,20 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Paths of the pictures in a folder, by file name without extension.
-std::map<std::string, std::string> picturesOf(const std::string& folder)
+using Pictures = std::map<std::string, std::string>; // paths by file name without extension
+
+// Adds the pictures of a folder that are of lossy kinds, or all others, but those whose name is there already.
+void addPictures(const std::string& folder, bool lossy, Pictures& pictures)
 {
-    std::map<std::string, std::string> pictures;
+    Pictures added;
     std::error_code error;
     fs::directory_iterator entry(folder, error);
     for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
         const fs::path& path = entry->path();
-        if (!entry->is_regular_file(error) || !isImageExtension(path.string()))
+        if (!entry->is_regular_file(error) || !isImageExtension(path.string()) ||
+            isLossyExtension(path.string()) != lossy || pictures.contains(path.stem().string()))
             continue;
-        const auto [other, is_new] = pictures.emplace(path.stem().string(), path.string());
+        const auto [other, is_new] = added.emplace(path.stem().string(), path.string());
         if (!is_new)
             throw Error(ErrorCode::InvalidFile, path.string(), "the same name as " + other->second,
                         "one picture of a name", "move one away");
@@ -31,6 +34,15 @@ std::map<std::string, std::string> picturesOf(const std::string& folder)
     if (error)
         throw Error(ErrorCode::Io, folder, "cannot be read (" + error.message() + ")", "a folder of pictures",
                     "check the path");
+    pictures.merge(added);
+}
+
+// A JPEG beside a lossless picture of its name is left out: many keep one for their web page.
+Pictures picturesOf(const std::string& folder)
+{
+    Pictures pictures;
+    for (const bool lossy : {false, true})
+        addPictures(folder, lossy, pictures);
     if (pictures.empty())
         throw Error(ErrorCode::InvalidFile, folder, "holds no picture", "files with the extension " + imageExtensions(),
                     "pass another folder");
@@ -58,7 +70,7 @@ PictureSet comparePictures(const std::string& reference, const std::string& pict
         set.add(compareFiles(fs::path(reference).stem().string(), reference, pictures, lpips));
         return set;
     }
-    const std::map<std::string, std::string> wanted = picturesOf(reference), found = picturesOf(pictures);
+    const Pictures wanted = picturesOf(reference), found = picturesOf(pictures);
     for (const auto& [name, path] : wanted) // warns of pictures without a partner before any picture is read
         if (!found.contains(name))
             throw Error(ErrorCode::Io, pictures, "no picture of the name " + name, "one for " + path, "draw it too");

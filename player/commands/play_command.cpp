@@ -161,9 +161,8 @@ void checkOut(const CLI::App& app, const PlayOptions& options)
     if (!options.output.out.empty() && !is_stream && !isImageExtension(options.output.out))
         throw Error(ErrorCode::Unsupported, "--out " + options.output.out, "this build cannot write such a file",
                     "one of " + imageExtensions() + ", or a folder",
-                    isImageExtension("a.jpg")
-                        ? "choose one of them, or put / behind a folder"
-                        : "choose one of them, put / behind a folder, or use a build with GSC_WITH_OIIO");
+                    hasOpenImageIo() ? "choose one of them, or put / behind a folder"
+                                     : "choose one of them, put / behind a folder, or use a build with GSC_WITH_OIIO");
 }
 
 // Returns true for a folder, be it there or to be made: a name without an ending and without braces is one.

@@ -26,8 +26,6 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kMaxSide = 32768; // largest width and height of an image, pixels
-
 // Extensions of images that this build can write, in lower case.
 #ifdef GSC_WITH_OIIO
 constexpr std::string_view kExtensions[] = {".pfm", ".png", ".exr", ".jpg", ".jpeg", ".webp"};
@@ -106,9 +104,9 @@ Image readPfm(const std::string& path)
     if (magic != "PF")
         throw Error(ErrorCode::InvalidFile, path, "no colour PFM image", "it to start with PF",
                     "convert it to a colour image");
-    if (width < 1 || height < 1 || width > long(kMaxSide) || height > long(kMaxSide))
+    if (width < 1 || height < 1 || width > long(kMostImageSide) || height > long(kMostImageSide))
         throw Error(ErrorCode::InvalidFile, path, formatString("is %ld x %ld pixels", width, height),
-                    formatString("1 to %u each", kMaxSide), "pass another image");
+                    formatString("1 to %u each", kMostImageSide), "pass another image");
     if (!std::isfinite(scale) || scale == 0)
         throw Error(ErrorCode::InvalidFile, path, formatString("has scale %g", scale), "-1 or 1",
                     "write the image again");
@@ -151,6 +149,21 @@ bool isImageExtension(const std::string& path)
     return std::ranges::find(kExtensions, endingOf(path)) != std::end(kExtensions);
 }
 
+bool isLossyExtension(const std::string& path)
+{
+    constexpr std::string_view kLossy[] = {".jpg", ".jpeg", ".webp"};
+    return std::ranges::find(kLossy, endingOf(path)) != std::end(kLossy);
+}
+
+bool hasOpenImageIo()
+{
+#ifdef GSC_WITH_OIIO
+    return true;
+#else
+    return false;
+#endif
+}
+
 void loadImageWriter(const std::string& path)
 {
     if (const std::string extension = endingOf(path); extension != ".pfm" && extension != ".png")
@@ -181,8 +194,13 @@ Image readImage(const std::string& path)
     if (endingOf(path) == ".pfm")
         return readPfm(path);
     std::ifstream file = opened(path);
-    if (endingOf(path) != ".png")
+    char start[kPngSignature.size()] = {};
+    file.read(start, sizeof(start));
+    const bool is_png = std::ranges::equal(std::as_bytes(std::span(start)), std::as_bytes(std::span(kPngSignature)));
+    if (!is_png && (hasOpenImageIo() || endingOf(path) != ".png"))
         return oiio(path).read(path);
+    file.clear();
+    file.seekg(0);
     const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), {});
     return decodePng(std::as_bytes(std::span(bytes)), path);
 }

@@ -16,6 +16,8 @@ struct Image {
     std::vector<float> pixels; // height x width x 3 values, RGB interleaved, row 0 on top
 };
 
+constexpr uint32_t kMostImageSide = 32768; // largest width and height of an image that is read, pixels
+
 constexpr int kLossyQuality = 95; // quality of JPEG (without subsampled colours) and WebP, 100 at most
 
 enum class PixelDepth { Eight, Sixteen }; // number of bits per channel of a PNG
@@ -35,7 +37,8 @@ Whole wholeValue(float value)
 // name only when it is complete. Throws Error: Io, also if the file exists by then and `overwrite` is false;
 // Unsupported for an extension that this build cannot write, naming those that it can.
 void writeImage(const std::string& path, const Image& image, PixelDepth depth, bool overwrite);
-// Reads an image; whole numbers become value / max. Throws Error (Io, InvalidFile, Unsupported).
+// Reads an image; whole numbers become value / max. PFM is told by the extension, every other
+// kind by its content. Throws Error (Io, InvalidFile, Unsupported).
 Image readImage(const std::string& path);
 
 // Returns the extensions that writeImage() takes in this build, such as ".pfm, .png, .exr".
@@ -45,5 +48,9 @@ std::string imageExtensions();
 void loadImageWriter(const std::string& path);
 // Returns true if writeImage() takes the extension of `path`.
 bool isImageExtension(const std::string& path);
+// Returns true if the extension of `path` is of a kind that keeps less than an image has.
+bool isLossyExtension(const std::string& path);
+// Returns true if this build has OpenImageIO, and so reads and writes more than PNG and PFM.
+bool hasOpenImageIo();
 
 } // namespace gsc

@@ -15,8 +15,6 @@ namespace gsc {
 
 namespace {
 
-constexpr int kMaxSide = 32768; // largest width and height of an image, pixels
-
 template <typename T>
 Image readAs(OIIO::ImageInput& input, const std::string& path, OIIO::TypeDesc type, float max)
 {
@@ -84,9 +82,10 @@ Image readOiioImage(const std::string& path)
         throw Error(ErrorCode::InvalidFile, path, "no image that can be read (" + OIIO::geterror() + ")",
                     "one that OpenImageIO knows", "check the path and the file");
     const OIIO::ImageSpec& spec = input->spec();
-    if (spec.width < 1 || spec.height < 1 || spec.width > kMaxSide || spec.height > kMaxSide || spec.depth > 1)
+    if (spec.width < 1 || spec.height < 1 || spec.width > int(kMostImageSide) || spec.height > int(kMostImageSide) ||
+        spec.depth > 1)
         throw Error(ErrorCode::InvalidFile, path, formatString("is %d x %d pixels", spec.width, spec.height),
-                    formatString("1 to %d each", kMaxSide), "pass another image");
+                    formatString("1 to %u each", kMostImageSide), "pass another image");
     if (spec.nchannels < 3)
         throw Error(ErrorCode::Unsupported, path,
                     formatString("has %d channel%s", spec.nchannels, spec.nchannels == 1 ? "" : "s"),

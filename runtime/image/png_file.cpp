@@ -19,8 +19,6 @@ namespace {
 
 using Bytes = std::vector<uint8_t>;
 
-constexpr uint8_t kSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-constexpr uint32_t kMostSide = 32768;                // pixels
 constexpr uint32_t kMostChunk = 0x7fffffff;          // bytes
 constexpr int kLevel = 1;                            // libdeflate's: more costs time and gives little on filtered rows
 constexpr uint64_t kMostRatio = 1032;                // deflate's: a header that lies about the size costs no memory
@@ -130,10 +128,11 @@ public:
 
     PngParts parts()
     {
-        if (m_file.size() < sizeof(kSignature) || std::memcmp(m_file.data(), kSignature, sizeof(kSignature)) != 0)
+        if (m_file.size() < kPngSignature.size() ||
+            !std::ranges::equal(m_file.first(kPngSignature.size()), kPngSignature))
             throw Error(ErrorCode::InvalidFile, m_path, "no PNG image", "it to start with PNG's signature",
                         "check the path and the file");
-        m_file = m_file.subspan(sizeof(kSignature));
+        m_file = m_file.subspan(kPngSignature.size());
         readHeader(chunk("IHDR"));
         for (;;) {
             std::string type;
@@ -195,10 +194,11 @@ private:
         m_parts.depth = data[8];
         m_parts.color = data[9];
         m_parts.interlaced = data[12] == 1;
-        if (m_parts.width < 1 || m_parts.height < 1 || m_parts.width > kMostSide || m_parts.height > kMostSide)
+        if (m_parts.width < 1 || m_parts.height < 1 || m_parts.width > kMostImageSide ||
+            m_parts.height > kMostImageSide)
             throw Error(ErrorCode::InvalidFile, m_path,
                         formatString("is %u x %u pixels", m_parts.width, m_parts.height),
-                        formatString("1 to %u each", kMostSide), "pass another image");
+                        formatString("1 to %u each", kMostImageSide), "pass another image");
         if (m_parts.color == 0 || m_parts.color == 4)
             throw Error(ErrorCode::Unsupported, m_path, "is grey", "red, green and blue",
                         "convert it to a colour image");
@@ -360,7 +360,7 @@ std::vector<unsigned char> encodePng(const Image& image, PixelDepth depth)
     compressed.resize(
         libdeflate_zlib_compress(deflate.get(), rows.data(), rows.size(), compressed.data(), compressed.size()));
 
-    Bytes header, out(std::begin(kSignature), std::end(kSignature));
+    Bytes header, out(kPngSignature.begin(), kPngSignature.end());
     putNumber(header, image.width);
     putNumber(header, image.height);
     header.insert(header.end(), {uint8_t(depth == PixelDepth::Eight ? 8 : 16), kRgb, 0, 0, 0});

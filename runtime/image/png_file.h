@@ -4,14 +4,19 @@
 
 #include "runtime/image/image_io.h"
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace gsc {
 
-// The bytes of a file of RGB with wholeValue() in each sample, rows filtered by their left neighbour.
+constexpr std::array<uint8_t, 8> kPngSignature = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'}; // a file's start
+
+// The bytes of a file of RGB with wholeValue() in each sample. Each row has the filter, of PNG's four, that leaves the
+// smallest numbers.
 std::vector<unsigned char> encodePng(const Image& image, PixelDepth depth);
 
 // Every colour type with red, green and blue, palettes and interlaced files too; alpha is left out. `path` is for

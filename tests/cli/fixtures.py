@@ -91,15 +91,19 @@ def _pfm(path, width, height, added):
 
 def compared_pictures(gsc, data):
     """vgg16.pth and heads.pth of LPIPS, made up; folders of pictures: right has a and b; other has them too, b changed, and
-    c; small has b smaller; one has a alone; twice has a twice; none has no picture."""
+    c; small has b smaller; one has a alone; twice has a twice; web has right's and files that end as JPEGs of a; none has no
+    picture."""
     del gsc
     _save_archive(data / "vgg16.pth", _vgg16())
     shutil.copy(Path(__file__).parents[1] / "input/lpips_heads_legacy.pth", data / "heads.pth")
     for folder, name, width, added in (("right", "a", 24, 0), ("right", "b", 24, 0), ("other", "a", 24, 0),
                                        ("other", "b", 24, 0.5), ("other", "c", 24, 0), ("small", "a", 24, 0),
-                                       ("small", "b", 16, 0), ("one", "a", 24, 0), ("twice", "a", 24, 0)):
+                                       ("small", "b", 16, 0), ("one", "a", 24, 0), ("twice", "a", 24, 0), ("web", "a", 24, 0),
+                                       ("web", "b", 24, 0)):
         _pfm(data / folder / f"{name}.pfm", width, 20, added)
     shutil.copy(data / "twice/a.pfm", data / "twice/a.exr")
+    for ending in ("jpg", "JPEG", "webp"):
+        (data / f"web/a.{ending}").write_text("not to be read\n")
     (data / "none").mkdir()
     (data / "none/note.txt").write_text("no picture\n")
     (data / "right/note.txt").write_text("no picture\n")

@@ -226,6 +226,23 @@ TEST_CASE("JPEG and WebP lose little, and are the same bytes again")
     CHECK_FALSE(fs::exists(folder / "b.webp"));
 }
 
+TEST_CASE("an image is known by its content, whatever its extension")
+{
+    const TempFolder folder;
+    writeImage(folder / "a.png", someImage(5, 4), PixelDepth::Eight, true);
+    for (const char* name : {"b.jpg", "b.exr", "b"}) {
+        fs::copy_file(folder / "a.png", folder / name);
+        CHECK(readImage(folder / name).pixels == readImage(folder / "a.png").pixels);
+    }
+    if (!hasOpenImageIo())
+        return;
+    for (const char* name : {"a.jpg", "a.webp", "a.exr"}) {
+        writeImage(folder / name, someImage(5, 4), PixelDepth::Eight, true);
+        fs::copy_file(folder / name, folder / "c.png", fs::copy_options::overwrite_existing);
+        CHECK(readImage(folder / "c.png").pixels == readImage(folder / name).pixels);
+    }
+}
+
 TEST_CASE("EXR keeps 32-bit floats")
 {
     if (!canWrite("a.exr")) {
