@@ -5,7 +5,7 @@
 #   without a part   what gsc and gsc-play need to convert, play and write PNG
 #   window, headset  gsc-play window; gsc-play xr
 #   figures          gsc chart --figures
-#   images           EXR, and reading what OpenImageIO reads
+#   images           EXR, JPEG and WebP, and reading what OpenImageIO reads
 #   mpi              gsc-play-mpi
 #   tests            what ./test.sh needs, which tests all of the above
 #   ci               everything, and the tools of .ci/run: ccache, clang for the fuzz targets, clang-format, and what
@@ -41,7 +41,7 @@ for ((i = 0; i < ${#parts[@]}; ++i)); do
     ci)
         is_ci=1
         parts+=(tests mpi)
-        packages+=(ccache clang libclang-rt-dev clang-format-14 zsh fish man-db ffmpeg
+        packages+=(ccache clang libclang-rt-dev clang-format-14 zsh fish man-db ffmpeg netpbm
                    xvfb xdotool mesa-vulkan-drivers vulkan-validationlayers)
         command -v npm >/dev/null || packages+=(npm)
         # Ubuntu has it as a snap, which does not run everywhere
