@@ -25,16 +25,23 @@ GaussianSet pick(const GaussianSet& set, std::span<const uint32_t> which)
 
 void append(GaussianSet& set, const GaussianSet& part)
 {
+    const auto each = [&](const auto& does) {
+        does(set.position, part.position);
+        does(set.log_scale, part.log_scale);
+        does(set.rotation, part.rotation);
+        does(set.opacity, part.opacity);
+        does(set.color, part.color);
+        does(set.score, part.score);
+        does(set.level, part.level);
+        does(set.shown, part.shown);
+    };
+    // all memory first, so that a set that memory does not hold stays whole
+    each([](auto& to, const auto& from) {
+        if (const size_t size = to.size() + from.size(); size > to.capacity())
+            to.reserve(std::max(size, 2 * to.capacity()));
+    });
     set.degree = part.degree;
-    const auto add = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
-    add(set.position, part.position);
-    add(set.log_scale, part.log_scale);
-    add(set.rotation, part.rotation);
-    add(set.opacity, part.opacity);
-    add(set.color, part.color);
-    add(set.score, part.score);
-    add(set.level, part.level);
-    add(set.shown, part.shown);
+    each([](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); });
 }
 
 void keepOnly(GaussianSet& set, std::span<const uint32_t> which)

@@ -36,7 +36,7 @@ struct GaussianSet {
 // Copies the Gaussians with these numbers, in this order; scores and levels are not copied.
 GaussianSet pick(const GaussianSet& set, std::span<const uint32_t> which);
 
-// Appends the Gaussians of `part`, whose degree must be equal.
+// Appends the Gaussians of `part`, whose degree must be equal. `set` stays as it is if memory is too short (bad_alloc).
 void append(GaussianSet& set, const GaussianSet& part);
 
 // Keeps the `most` Gaussians with the highest scores, in their order; of equal scores the earlier ones.

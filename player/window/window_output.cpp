@@ -195,10 +195,9 @@ void WindowSession::writeScreenshot()
     for (size_t i = 0; i < size_t(width) * height; ++i)
         for (size_t c = 0; c < 3; ++c)
             image.pixels[3 * i + c] = float(bytes[4 * i + c]) / 255;
-    const char* const ending = isImageExtension("a.png") ? ".png" : ".pfm";
-    const std::string name = freeName("gsc", {ending, ".json"});
+    const std::string name = freeName("gsc", {".png", ".json"});
     try {
-        writeImage(name + ending, image, PixelDepth::Eight, false);
+        writeImage(name + ".png", image, PixelDepth::Eight, false);
         const Shot& shot = m_shown.back().asked.shot;
         PathRecorder camera;
         camera.start(name, kRecordFps);
@@ -208,8 +207,8 @@ void WindowSession::writeScreenshot()
         say(warningText(e));
         return;
     }
-    m_wrote = name + ending;
-    m_history.summary.files.push_back(name + ending);
+    m_wrote = name + ".png";
+    m_history.summary.files.push_back(name + ".png");
     m_history.summary.files.push_back(name + ".json");
     say("wrote " + m_wrote + " and its camera");
 }

@@ -159,7 +159,7 @@ void checkFrame(const City& city, const CityFrame& frame, const CityView& view, 
     for (size_t e = 0; e < 2; ++e) {
         const std::string name = pictureName(frame.index, e);
         const std::string what = formatString("%-17s %-10s %-10s", city.golden().name, name.c_str(), renderer);
-        const Image picture = readPicture(picturesOf(city.golden()) + "/" + name);
+        const Image picture = readImage(picturesOf(city.golden()) + "/" + name + ".png");
         REQUIRE(picture.width == view.eyes[e].width);
         REQUIRE(picture.height == view.eyes[e].height);
         const ImageDifference difference = compareImages(viewOf(picture), viewOf(view.eyes[e]));

@@ -15,20 +15,6 @@ namespace gsc::test {
 // swap depths.
 constexpr double kWorstPixel = 0.005;
 
-inline bool canReadPng()
-{
-    if (isImageExtension("a.png"))
-        return true;
-    std::printf("skipped: this build cannot read PNG\n");
-    return false;
-}
-
-// STEM.png; in a build that reads no PNG, STEM.pfm beside it (png_to_pfm.py makes it).
-inline Image readPicture(const std::string& stem)
-{
-    return readImage(stem + (isImageExtension("a.png") ? ".png" : ".pfm"));
-}
-
 inline ImageView viewOf(const Image& image)
 {
     return {image.pixels.data(), image.width, image.height};

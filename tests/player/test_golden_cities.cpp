@@ -14,8 +14,6 @@ constexpr test::PictureBar kBar = {102, test::kWorstPixel};
 
 void checkOnCpu(const std::string& name)
 {
-    if (!test::canReadPng())
-        return;
     const std::unique_ptr<test::City> city = test::openCity(name);
     if (!city)
         return;
