@@ -112,7 +112,7 @@ TEST_CASE("nearestWord: edits, swaps, heads and starts, and nothing far off")
 
 TEST_CASE("words of printed commands are quoted where a shell would split or change them")
 {
-    for (const char* plain : {"a", "../a-b_1.gsc", "str\xc3\xa9e", "/a,b:c=d@e%f+g"})
+    for (const char* plain : {"a", "../a-b_1.gsc", "str\u00e9e", "/a,b:c=d@e%f+g"})
         CHECK(shellWord(plain) == plain);
     CHECK(shellWord("") == "''");
     CHECK(shellWord("a b") == "'a b'");
