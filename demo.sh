@@ -80,3 +80,10 @@ mkdir -p "$pictures"
 
 printf '\nThe pictures:\n'
 find "$PWD/$pictures" -name '*.png' | sort
+printf '\nGo on with:\n'
+echo "export PATH=\"$PWD/build/release/bin:$PWD/build/release/player:\$PATH\""
+if [ -e build/release/lib/gsc/gsc_present.so ]; then
+    echo "gsc-play window $(printf %q "$PWD/$file")   # to fly through it, on a desktop"
+else
+    echo "./demo.sh --with window   # adds a window to fly through it"
+fi

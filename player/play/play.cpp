@@ -40,10 +40,11 @@ void stopIfInterrupted(size_t frames, const PlaySummary& summary, const PlayOpti
 [[noreturn]] void failIdle(const PlayOptions& options, const std::string& frames)
 {
     const std::string file = shellWord(options.model.file);
-    throw Error(ErrorCode::Usage, options.model.file, "nothing would be kept of " + frames, "an output",
-                "add --out FOLDER, or " +
-                    (hasWindow() ? "fly through it with gsc-play window " + file + ", or " : std::string()) +
-                    "measure with gsc-play bench " + file);
+    throw Error(
+        ErrorCode::Usage, options.model.file, "nothing would be kept of " + frames, "an output",
+        "add --out FOLDER, or " +
+            (hasWindow() ? "on a desktop fly through it with gsc-play window " + file + ", or " : std::string()) +
+            "measure with gsc-play bench " + file);
 }
 
 void noteFrame(Reporter& log, const FrameStats& stats)

@@ -73,7 +73,7 @@ int serverGone(Display*)
 {
     g_server_gone = true;
     throw Error(ErrorCode::Device, "display", "the X server has gone", "it to stay",
-                "start again when it is back, or play without a window");
+                "start again when it is back, or write pictures (gsc-play FILE --out FOLDER)");
 }
 
 int requestFailed(Display*, XErrorEvent* event)
@@ -127,7 +127,8 @@ GlfwWindow::GlfwWindow(const std::string& title, uint32_t width, uint32_t height
 {
     if (!glfwInit())
         throw Error(ErrorCode::Unsupported, "display", "none is there (" + lastGlfwError() + ")",
-                    "X11's DISPLAY to name one", "start it from a desktop, or play without a window");
+                    "X11's DISPLAY to name one",
+                    "start it from a desktop, or write pictures (gsc-play FILE --out FOLDER)");
     glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
     m_window = glfwCreateWindow(int(width), int(height), title.c_str(), nullptr, nullptr);
     if (m_window == nullptr) {
@@ -254,7 +255,7 @@ std::vector<const char*> surfaceExtensions()
     const char** const names = glfwGetRequiredInstanceExtensions(&count);
     if (names == nullptr)
         throw Error(ErrorCode::Unsupported, "display", "its Vulkan driver shows no windows", "one that does",
-                    "install one, such as mesa-vulkan-drivers, or play without a window");
+                    "install one, such as mesa-vulkan-drivers, or write pictures (gsc-play FILE --out FOLDER)");
     return {names, names + count};
 }
 

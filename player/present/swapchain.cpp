@@ -52,7 +52,7 @@ void Swapchain::chooseFormat()
     if (format == VK_FORMAT_UNDEFINED)
         throw Error(ErrorCode::Unsupported, "display",
                     formatString("none of its %u formats has eight bits of sRGB", count), "RGBA8 or BGRA8",
-                    "play without a window");
+                    "write pictures (gsc-play FILE --out FOLDER)");
     red_first = format == VK_FORMAT_R8G8B8A8_UNORM;
 }
 

@@ -24,7 +24,7 @@ const PresentFunctions& presentFunctions()
     return loadModule<PresentFunctions>("gsc_present");
 #else
     throw Error(ErrorCode::Unsupported, "window", "this build has none", "one made with Vulkan, GLFW and Dear ImGui",
-                "run .ci/setup.sh window and build again, or play without a window");
+                "run .ci/setup.sh window and build again, or write pictures (gsc-play FILE --out FOLDER)");
 #endif
 }
 
