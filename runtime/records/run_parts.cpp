@@ -162,8 +162,11 @@ void describe(const Record& at, ServiceFacts& service)
     at.field("mode", service.mode, kName);
     at.field("sharing", service.sharing, kCount);
     at.fieldOrNull("cause", service.cause, kText);
-    if (at.hasObject("wire", service.wire.has_value()))
-        describe(at.object("wire"), service.wire ? *service.wire : service.wire.emplace());
+    if (at.hasObject("wire", service.wire.has_value())) {
+        if (!service.wire)
+            service.wire = ServiceFacts::Wire{}; // note: clang 14 does not take emplace() here
+        describe(at.object("wire"), *service.wire);
+    }
     at.objects("list", service.list);
 }
 
