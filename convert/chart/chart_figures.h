@@ -15,10 +15,9 @@ struct FigureFile {
     std::string bytes;
 };
 
-// Names the part that this build lacks to draw figures; empty if none.
-std::string figuresMissing();
+bool hasFigures(); // false in a build without the libraries that draw figures
 
-// Throws Error(Unsupported), in the words of --figures, if there is such a part.
+// Throws Error(Unsupported), in the words of --figures, if hasFigures() is false.
 void requireFigures();
 
 // SVG and PNG of every figure of every panel, in light colours. Throws Error: as requireFigures(); Internal (a script

@@ -6,15 +6,14 @@
 
 namespace gsc {
 
-std::string figuresMissing()
+bool hasFigures()
 {
-    return "figures";
+    return false;
 }
 
 void requireFigures()
 {
-    throw Error(ErrorCode::Unsupported, "--figures", "this gsc was built without " + figuresMissing(),
-                "Duktape and librsvg",
+    throw Error(ErrorCode::Unsupported, "--figures", "this gsc was built without figures", "Duktape and librsvg",
                 "run .ci/setup.sh figures and build it again, or leave --figures out: the page has the same figures");
 }
 

@@ -7,7 +7,7 @@
 #include "format/machine/machine.h"
 #include "kernels/threads/stopwatch.h"
 #include "runtime/cli/printed_command.h"
-#include "runtime/module/load_module.h"
+#include "runtime/module/find_program.h"
 #include <gsc/gsc_layout.h>
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 #include <gsc/file/output_file.h>
 #include "format/machine/machine.h"
 #include "format/machine/threads.h"
-#include "runtime/module/load_module.h"
+#include "runtime/module/find_program.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <cstddef>
-#include <string>
 
 namespace gsc {
 
@@ -25,11 +24,6 @@ struct ModuleEntry {
 #define GSC_EXPORT_MODULE(functions)                                                                                   \
     extern "C" __attribute__((visibility("default"))) const gsc::ModuleEntry gsc_module;                               \
     const gsc::ModuleEntry gsc_module = {GSC_MODULE_VERSION, &(functions)};
-
-// Returns the path of a program: in PATH; or that of one of ours, which lies beside this one or in ../bin from there,
-// as in the build folder, and else in PATH. Empty if it is in none.
-std::string programInPath(const std::string& name);
-std::string ownProgram(const std::string& name);
 
 // Returns the functions of the module NAME.so, which then stays loaded. It is looked for beside the program, as in a
 // bundle, and in ../lib/gsc from there, and nowhere else. Throws Error(Unsupported) if the module or one of its

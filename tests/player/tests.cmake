@@ -77,9 +77,11 @@ if(TARGET gsc_player)
   add_test(NAME test_layers COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py
                                     ${PROJECT_SOURCE_DIR} ${CMAKE_COMMAND} layers)
   if(TARGET gsc_present AND TARGET gsc)
-    add_test(NAME test_window COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_window.py
-                                      ${PROJECT_SOURCE_DIR} $<TARGET_FILE:gsc-play> $<TARGET_FILE:gsc>)
-    set_tests_properties(test_window PROPERTIES LABELS cpu TIMEOUT 1200 SKIP_RETURN_CODE 77 PROCESSORS 2)
+    foreach(name test_window test_window_opening)
+      add_test(NAME ${name} COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/${name}.py
+                                    ${PROJECT_SOURCE_DIR} $<TARGET_FILE:gsc-play> $<TARGET_FILE:gsc>)
+      set_tests_properties(${name} PROPERTIES LABELS cpu TIMEOUT 1200 SKIP_RETURN_CODE 77 PROCESSORS 2)
+    endforeach()
   endif()
   set_tests_properties(test_play_cli test_play_outputs test_bench_cli test_sweep_cli test_layers test_build_script PROPERTIES LABELS cpu TIMEOUT 300)
   # under a sanitizer a start takes more memory

@@ -119,8 +119,8 @@ void warnOfLoss(const GaussianExport& result, const GaussianExportOptions& optio
         return;
     report.warning(formatString(
         "%s: its pictures have a PSNR of %.1f dB against exact, which is poor (below %g): fixed Gaussians cannot "
-        "follow "
-        "what this model's networks do; show %s itself (gsc-play draws it without loss, gsc bake makes it small), "
+        "follow what this model's networks do; show %s itself (gsc-play draws it without loss, gsc bake makes it "
+        "small), "
         "export one view with --at%s, or fit to more cameras with --cameras",
         options.output.c_str(), result.loss->psnr, kPoorPsnr, inputName(options).c_str(),
         result.level_numbers.size() > 1 ? ", try other --levels" : ""));

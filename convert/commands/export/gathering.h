@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Collects the fitted Gaussians of an export, part by part, in memory or in a PLY that is larger than memory.
 #pragma once
 
 #include "convert/commands/export/measure_gaussians.h"
